@@ -56,6 +56,11 @@ const VIEW_VARIABLES: [(&str, &str); 2] =
 const RELOAD_TEST: &str = "reload_soak";
 const RELOADS_VARIABLE: &str = "BUSBAR_RELOADS";
 const RELOADS: &str = "10000";
+/// The silence tests of plugins, cases of each, and the walk of a whole site with its steps.
+const SILENCE_TEST: &str = "silence";
+const SILENCE_CASES: (&str, &str) = ("BUSBAR_SILENCE_CASES", "100000");
+const HOST_SILENCE_TEST: &str = "host_silence";
+const HOST_SILENCE_STEPS: (&str, &str) = ("BUSBAR_HOST_SILENCE_STEPS", "10000");
 const FUZZ_FOLDER: &str = "tests/robustness/fuzz";
 /// Inputs that are kept, a folder a target.
 const KEPT_INPUTS: &str = "tests/robustness/fuzz_corpus/corpus";
@@ -107,6 +112,11 @@ pub(crate) struct Arguments {
     /// minutes for 1,000,000 steps); without it that comes last, unless fuzz targets are named.
     #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures", "view_faults", "reload", "clock_matrix"])]
     message_matrix: bool,
+    /// Judge 100,000 faulty inputs by each overlay, and let a site with all overlays take 10,000
+    /// steps of faults, reloads and kills, and nothing else (some 2 hours); without it that comes
+    /// last, unless fuzz targets are named.
+    #[arg(long, conflicts_with_all = ["targets", "vulkan_faults", "alarm_kills", "stale_pictures", "view_faults", "reload", "clock_matrix", "message_matrix"])]
+    silence: bool,
     /// Steps of each matrix of faulty messages.
     #[arg(long, default_value_t = MATRIX_STEPS, value_parser = clap::value_parser!(u64).range(1..))]
     matrix_steps: u64,
@@ -131,6 +141,9 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     if arguments.message_matrix {
         return disturb_messages(workspace, arguments.matrix_steps);
     }
+    if arguments.silence {
+        return judge_faulty_inputs(workspace);
+    }
     if !arguments.vulkan_faults {
         fuzz_all(workspace, arguments)?;
     }
@@ -146,7 +159,24 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     end_viewers(workspace)?;
     reload_all(workspace)?;
     step_clocks(workspace)?;
-    disturb_messages(workspace, arguments.matrix_steps)
+    disturb_messages(workspace, arguments.matrix_steps)?;
+    judge_faulty_inputs(workspace)
+}
+
+/// Lets overlays judge inputs with faults, alone and in a site.
+fn judge_faulty_inputs(workspace: &Workspace) -> Result<()> {
+    packages::ensure(Purpose::Tests)?;
+    process::run(process::cargo().current_dir(&workspace.root).args(["build", "--workspace"]))?;
+    stage::stage(workspace, Profile::Dev)?;
+    let (variable, cases) = SILENCE_CASES;
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root).env(variable, cases);
+    process::run(command.args(["test", "--workspace", SILENCE_TEST]))?;
+    let (variable, steps) = HOST_SILENCE_STEPS;
+    let mut command = process::cargo();
+    command.current_dir(&workspace.root).env(variable, steps);
+    command.args(["test", "--workspace", "--test", HOST_SILENCE_TEST]);
+    process::run(command.args(["--", "--nocapture", "--test-threads=1"]))
 }
 
 /// Lets a view load very many configurations.

@@ -1,6 +1,8 @@
 //! Verdicts of overlay plugins, read from the C ABI.
 
-use busbar_overlay_picture::{MAX_PART_BYTES, OverlayBinding, Verdict, Verdicts};
+use busbar_overlay_picture::{
+    MAX_PART_BYTES, OverlayBinding, Verdict, VerdictRating, VerdictSeverity, Verdicts,
+};
 use busbar_plugin_abi as abi;
 use busbar_tags::TagHandle;
 
@@ -35,7 +37,52 @@ pub(crate) fn read(
         let basis_end = basis_end.ok_or("a verdict names a basis that is not there")?;
         let is_assumed = raw.flags & abi::BUSBAR_VERDICT_ASSUMED != 0;
         let basis = raw.basis_offset..basis_end;
-        read.push_on_basis(raw.equipment, verdict, is_assumed, reason, basis);
+        let rating = VerdictRating { verdict, severity: severity(raw.flags), is_assumed };
+        read.push_on_basis(raw.equipment, rating, reason, basis);
     }
     Ok(read)
+}
+
+/// Returns the severity that flags give an abnormal verdict; of two the greater one.
+fn severity(flags: u32) -> VerdictSeverity {
+    let has = |flag| flags & flag != 0;
+    match (has(abi::BUSBAR_VERDICT_WARNING), has(abi::BUSBAR_VERDICT_PERHAPS_ALARM)) {
+        (_, true) => VerdictSeverity::PerhapsAlarm,
+        (true, false) => VerdictSeverity::Warning,
+        (false, false) => VerdictSeverity::Alarm,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_abnormal_verdict_is_an_alarm_unless_it_says_otherwise() {
+        let read = |flags| {
+            let raw = abi::BusbarOverlayVerdict {
+                equipment: 0,
+                verdict: abi::BUSBAR_VERDICT_ABNORMAL,
+                flags,
+                reason_offset: 0,
+                reason_len: 0,
+                basis_offset: 0,
+                basis_count: 0,
+            };
+            let verdicts = read(&[raw], &[], "", &[]).expect("it keeps the rules");
+            let found = verdicts.iter().next().map(|of| (of.severity, of.is_assumed));
+            found.expect("it is there")
+        };
+        let [assumed, warning, perhaps] = [
+            abi::BUSBAR_VERDICT_ASSUMED,
+            abi::BUSBAR_VERDICT_WARNING,
+            abi::BUSBAR_VERDICT_PERHAPS_ALARM,
+        ];
+        assert_eq!(read(0), (VerdictSeverity::Alarm, false));
+        assert_eq!(read(assumed), (VerdictSeverity::Alarm, true));
+        assert_eq!(read(warning | assumed), (VerdictSeverity::Warning, true));
+        assert_eq!(read(perhaps), (VerdictSeverity::PerhapsAlarm, false));
+        assert_eq!(read(warning | perhaps), (VerdictSeverity::PerhapsAlarm, false));
+        assert_eq!(read(1 << 31), (VerdictSeverity::Alarm, false), "a flag of a later release");
+    }
 }

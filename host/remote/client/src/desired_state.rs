@@ -182,8 +182,14 @@ mod tests {
         desired.note(&Command::Pick([1, 1]));
         let reported = desired.commands();
         assert_eq!(reported, [Command::SetCamera(pose), Command::SetTheta(Some(0.5))]);
-        let snapshot =
-            |state| AlarmSnapshot { alarm: "A".into(), state, since: 1, standing: "{}".into() };
+        let snapshot = |state| AlarmSnapshot {
+            alarm: "A".into(),
+            state,
+            since: 1,
+            standing: "{}".into(),
+            origins: Vec::new(),
+            reason: String::new(),
+        };
         desired.note_alarm(&snapshot(6));
         assert_eq!(desired.start_parameters().alarms, [snapshot(6)]);
         desired.note_alarm(&snapshot(0));

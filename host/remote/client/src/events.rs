@@ -186,7 +186,15 @@ mod tests {
 
     fn alarm(number: usize, state: u8) -> Event {
         let alarm = format!("alarm {number}");
-        Event::Alarm(AlarmSnapshot { alarm, state, since: 1, standing: String::new() })
+        let [standing, reason] = [const { String::new() }; 2];
+        Event::Alarm(AlarmSnapshot {
+            alarm,
+            state,
+            since: 1,
+            standing,
+            origins: Vec::new(),
+            reason,
+        })
     }
 
     fn quality(tag: &str) -> Event {

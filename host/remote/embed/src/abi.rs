@@ -182,8 +182,10 @@ pub enum BusbarViewEventKind {
     Hovered = 4,
     /// Camera at `eye` that looks at `target`. Merged.
     Camera = 5,
-    /// Alarm `id` in `alarm_state` since `unix_nanos`. Each change is delivered while there is
-    /// room, and the last one of each alarm always.
+    /// Alarm `id` in `alarm_state` since `unix_nanos`. `origins` names the sources, besides the live
+    /// process, of the value or verdict by which it came or went last. `text`: reason of an
+    /// overlay's verdict, with what is assumed; empty of an alarm on a tag. Each change is
+    /// delivered while there is room, and the last one of each alarm always.
     Alarm = 6,
     /// Operator's request `alarm_action` for the alarm `id`, which your program decides on.
     /// `shelve_seconds`: shelving time.

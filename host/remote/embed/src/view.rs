@@ -134,7 +134,9 @@ fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEven
         Event::Alarm(snapshot) => {
             told.alarm_state = alarm_state(snapshot.state);
             told.unix_nanos = snapshot.since;
-            (Kind::Alarm, snapshot.alarm, none)
+            let origins = snapshot.origins.into_iter();
+            told.origins = origins.fold(0, |all, origin| all | origin_bit(origin));
+            (Kind::Alarm, snapshot.alarm, snapshot.reason)
         }
         Event::AlarmRequested { alarm, action } => {
             (told.alarm_action, told.shelve_seconds) = alarm_action(action);

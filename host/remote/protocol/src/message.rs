@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
-pub const PROTOCOL_VERSION: u32 = 5;
+pub const PROTOCOL_VERSION: u32 = 6;
 /// The longest message, either way.
 pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// The longest id, name or path in a message, bytes.
@@ -290,6 +290,11 @@ pub struct AlarmSnapshot {
     pub since: i64,
     /// Complete state of the alarm as JSON, for the next viewer.
     pub standing: String,
+    /// Origins of the value or verdict by which it came or went last; none where that is live.
+    pub origins: Vec<TagOrigin>,
+    /// Reason of the verdict by which it came or went last, with what is assumed; empty of an
+    /// alarm on a tag.
+    pub reason: String,
 }
 
 /// Message of a viewer to the library of the host program.

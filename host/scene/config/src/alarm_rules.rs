@@ -1,5 +1,5 @@
-//! Rules for alarms beyond the schema: tags and equipment exist, conditions are of one kind and
-//! fit their tags, limits are in order.
+//! Rules for alarms beyond the schema: tags, overlays and equipment exist, conditions are of one
+//! kind and fit their tags, limits are in order.
 
 use std::collections::BTreeMap;
 
@@ -39,11 +39,18 @@ pub(crate) fn check(document: &Value, equipment: &Equipment<'_>, report: &mut Re
                 report,
             );
         }
+        if alarm["verdict"].is_object() {
+            check_verdict(document, alarm, &pointer, equipment, report);
+            continue;
+        }
         for key in ["tag", "condition"].into_iter().filter(|key| alarm[key].is_null()) {
             report.error(
                 &pointer,
                 format!("the alarm has no {key}"),
-                format!("add \"{key}\", or \"mirrored\": true where the host decides"),
+                format!(
+                    "add \"{key}\", or a \"verdict\" of an overlay, or \"mirrored\": true where \
+                     the host decides"
+                ),
             );
         }
         check_condition(document, alarm, &pointer, report);
@@ -55,8 +62,69 @@ pub(crate) fn check(document: &Value, equipment: &Equipment<'_>, report: &mut Re
             }
         }
     }
+    check_ids(document, report);
     for (tag, limits) in limits {
         check_order(tag, &limits, report);
+    }
+}
+
+/// Checks an alarm of an overlay's verdict: the overlay is one that runs, and nothing else decides.
+fn check_verdict(
+    document: &Value,
+    alarm: &Value,
+    pointer: &str,
+    equipment: &Equipment<'_>,
+    report: &mut Report<'_>,
+) {
+    for key in ["tag", "condition", "equipment"].into_iter().filter(|key| !alarm[key].is_null()) {
+        let remedy = match key {
+            "equipment" => "write it in \"verdict\"",
+            _ => "remove it, or \"verdict\"",
+        };
+        report.key_error(
+            &join_pointer(pointer, key),
+            format!("the alarm rests on a verdict: \"{key}\" would decide nothing"),
+            remedy,
+        );
+    }
+    let (verdict, pointer) = (&alarm["verdict"], join_pointer(pointer, "verdict"));
+    if let Some(id) = verdict["equipment"].as_str() {
+        check_equipment(id, equipment, &join_pointer(&pointer, "equipment"), report);
+    }
+    let Some(instance) = verdict["instance"].as_str() else { return };
+    let overlays = || {
+        let overlays = document["overlays"].as_array();
+        overlays.into_iter().flatten().filter_map(Value::as_str)
+    };
+    if overlays().any(|overlay| overlay == instance) {
+        return;
+    }
+    report.error_with(&join_pointer(&pointer, "instance"), || {
+        let shown = suggestions::shown(instance);
+        let is_plugin = document["plugins"].get(instance).is_some();
+        let cause = match is_plugin {
+            true => format!("'{shown}' is not among the overlays, so that it judges nothing"),
+            false => format!("there is no overlay '{shown}'"),
+        };
+        let add = || "add it to \"overlays\"".to_owned();
+        (cause, suggestions::remedy(instance, overlays(), add))
+    });
+}
+
+/// Reports an id that an alarm of another one's verdicts may have, on some equipment.
+fn check_ids(document: &Value, report: &mut Report<'_>) {
+    let is_template =
+        |alarm: &Value| alarm["verdict"].is_object() && alarm["verdict"]["equipment"].is_null();
+    for (name, _) in named(document, "alarms") {
+        let mut starts = name.match_indices(':').map(|(end, _)| &name[..end]);
+        if let Some(template) = starts.find(|start| is_template(&document["alarms"][*start])) {
+            let template = suggestions::shown(template);
+            report.key_error(
+                &item_pointer("alarms", name),
+                format!("an alarm of '{template}' on a piece of equipment may have this id"),
+                "give it another id",
+            );
+        }
     }
 }
 
@@ -80,7 +148,8 @@ pub(crate) fn check_equipment(
 
 /// Checks that a mirrored alarm has no keys that decide on its states.
 fn check_mirrored(alarm: &Value, pointer: &str, report: &mut Report<'_>) {
-    let keys = ["tag", "condition", "suppressed_by", "on_delay_seconds", "off_delay_seconds"];
+    let keys =
+        ["tag", "condition", "verdict", "suppressed_by", "on_delay_seconds", "off_delay_seconds"];
     for key in keys.into_iter().filter(|key| !alarm[key].is_null()) {
         report.key_error(
             &join_pointer(pointer, key),

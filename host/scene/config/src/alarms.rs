@@ -11,12 +11,12 @@ use crate::limits::*;
 /// On-delay of a condition on bad quality, seconds: at the start no tag has a value yet.
 const QUALITY_DELAY_SECONDS: f64 = 5.0;
 
-/// Alarm of a tag, or a mirrored one.
+/// Alarm of a tag or of an overlay's verdict, or a mirrored one.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Alarm")]
 pub(crate) struct RawAlarm {
-    /// Tag that it rests on; an alarm has one unless it is mirrored.
+    /// Tag that it rests on; an alarm has a tag or a verdict unless it is mirrored.
     #[serde(default)]
     #[schemars(extend("examples" = ["T1.TopOil"]))]
     pub(crate) tag: Option<String>,
@@ -24,8 +24,12 @@ pub(crate) struct RawAlarm {
     #[serde(default)]
     #[schemars(with = "RawCondition", extend("examples" = [{"high": 95, "deadband": 2}]))]
     pub(crate) condition: Option<RawCondition>,
+    /// Verdict of an overlay that it rests on instead of a tag.
+    #[serde(default)]
+    #[schemars(with = "RawVerdict", extend("examples" = [{"instance": "thermography"}]))]
+    pub(crate) verdict: Option<RawVerdict>,
     /// Seconds for which the condition must hold without interruption; where missing 5 for
-    /// `bad_quality`, else 0.
+    /// `bad_quality`, else 0. A verdict that becomes unknown does not interrupt it.
     #[serde(default)]
     #[schemars(with = "f64", range(min = 0.0, max = MAX_ALARM_DELAY_SECONDS), extend("examples" = [5]))]
     on_delay_seconds: Option<f64>,
@@ -52,7 +56,7 @@ pub(crate) struct RawAlarm {
     #[schemars(length(max = MAX_ALARM_TEXT), extend("examples" = ["Start the second fan stage"]))]
     response: String,
     /// Equipment id, as in a binding; where missing, the first equipment that the tag is bound
-    /// to.
+    /// to. That of a verdict stands in `verdict`.
     #[serde(default)]
     #[schemars(extend("examples" = ["=S12D1T1-TA1/tank"]))]
     pub(crate) equipment: Option<String>,
@@ -98,6 +102,39 @@ pub(crate) struct RawCondition {
     /// Bad quality of the tag, by its source or by staleness.
     #[schemars(extend("examples" = [true]))]
     bad_quality: bool,
+}
+
+/// Abnormal verdict of an overlay that raises an alarm. The alarm returns to normal once the
+/// equipment is judged normal: never because the verdict became unknown, or its overlay is late,
+/// hidden or gone.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Verdict")]
+pub(crate) struct RawVerdict {
+    /// Name of the overlay's plugin instance, one of `overlays`.
+    #[schemars(extend("examples" = ["thermography"]))]
+    instance: String,
+    /// Equipment id that the overlay judges; where missing, each piece that it judges has an
+    /// alarm of its own, whose id is this alarm's, a colon and the equipment's.
+    #[serde(default)]
+    #[schemars(with = "String", extend("examples" = ["=S12D1Q3-QB9"]))]
+    equipment: Option<String>,
+    /// Least severity of an abnormal verdict that raises the alarm.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["alarm"]))]
+    severity: VerdictSeverityConfig,
+}
+
+/// Severity of an abnormal verdict.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "VerdictSeverity")]
+pub enum VerdictSeverityConfig {
+    /// Attention is needed: any abnormal verdict.
+    #[default]
+    Warning,
+    /// Action is needed now.
+    Alarm,
 }
 
 /// Condition that suppresses an alarm by design.
@@ -251,6 +288,20 @@ pub enum AlarmOriginConfig {
         /// Condition that suppresses the alarm by design.
         suppressed_by: Option<TagConditionConfig>,
     },
+    /// States follow an overlay's verdict on the alarm's equipment; without one, on each piece of
+    /// equipment that the overlay judges.
+    Verdict {
+        /// Plugin instance of the overlay.
+        overlay: String,
+        /// Least severity of an abnormal verdict that raises the alarm.
+        severity: VerdictSeverityConfig,
+        /// Time from the first abnormal verdict on, seconds.
+        on_delay_seconds: f64,
+        /// Time for which the equipment must be judged normal, seconds.
+        off_delay_seconds: f64,
+        /// Condition that suppresses the alarm by design.
+        suppressed_by: Option<TagConditionConfig>,
+    },
     /// States come from the host.
     Mirrored,
 }
@@ -346,10 +397,13 @@ impl RawAlarm {
     pub(crate) fn resolve(self, pointer: String) -> AlarmConfig {
         AlarmConfig {
             origin: self.origin(),
+            equipment: match self.verdict {
+                Some(verdict) => verdict.equipment,
+                None => self.equipment,
+            },
             message: self.message,
             consequence: self.consequence,
             response: self.response,
-            equipment: self.equipment,
             priority: self.priority,
             latched: self.latched,
             group: self.group,
@@ -357,8 +411,21 @@ impl RawAlarm {
         }
     }
 
-    /// The rules ensure that there are tag and condition unless it is mirrored.
+    /// The rules ensure that there are tag and condition, or a verdict, unless it is mirrored.
     fn origin(&self) -> AlarmOriginConfig {
+        let suppressed_by = self.suppressed_by.as_ref().map(|by| TagConditionConfig {
+            tag: by.tag.clone(),
+            condition: by.condition.resolve(),
+        });
+        if let (false, Some(verdict)) = (self.mirrored, &self.verdict) {
+            return AlarmOriginConfig::Verdict {
+                overlay: verdict.instance.clone(),
+                severity: verdict.severity,
+                on_delay_seconds: self.on_delay_seconds.unwrap_or_default(),
+                off_delay_seconds: self.off_delay_seconds,
+                suppressed_by,
+            };
+        }
         let (false, Some(tag), Some(condition)) = (self.mirrored, &self.tag, &self.condition)
         else {
             return AlarmOriginConfig::Mirrored;
@@ -372,10 +439,7 @@ impl RawAlarm {
             trigger,
             on_delay_seconds: self.on_delay_seconds.unwrap_or(usual),
             off_delay_seconds: self.off_delay_seconds,
-            suppressed_by: self.suppressed_by.as_ref().map(|by| TagConditionConfig {
-                tag: by.tag.clone(),
-                condition: by.condition.resolve(),
-            }),
+            suppressed_by,
         }
     }
 }

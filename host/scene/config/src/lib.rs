@@ -48,7 +48,7 @@ mod world_transform;
 pub use alarm_sources::AlarmSourceConfig;
 pub use alarms::{
     AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, DoublePointConfig,
-    LimitConfig, PriorityConfig, StateConfig, TagConditionConfig,
+    LimitConfig, PriorityConfig, StateConfig, TagConditionConfig, VerdictSeverityConfig,
 };
 pub use changes::{Change, ChangeKind, Changes, Fingerprints, Section};
 pub use config::{

@@ -6,8 +6,8 @@ use busbar_config::{
     AlarmOriginConfig, Band, Changes, ConditionConfig, Config, DoublePointConfig, EndConfig,
     FORMER_NAMES, FreshnessBasis, Isolation, LimitConfig, LogConfig, LogFormatConfig,
     MetricsConfig, PriorityConfig, QualityConfig, RenamedSettings, Section, Severity, StateConfig,
-    TagConditionConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, parse, schema,
-    upgrade,
+    TagConditionConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, VerdictSeverityConfig,
+    parse, schema, upgrade,
 };
 use serde_json::json;
 
@@ -101,12 +101,38 @@ fn alarms_are_of_tags_or_of_the_host() {
     assert_eq!(by.condition, ConditionConfig::Differs(closed));
     let delay = |name: &str| match &config.alarms[name].origin {
         AlarmOriginConfig::Tag { on_delay_seconds, .. } => Some(*on_delay_seconds),
-        AlarmOriginConfig::Mirrored => None,
+        AlarmOriginConfig::Verdict { .. } | AlarmOriginConfig::Mirrored => None,
     };
     assert_eq!(["T1.Hotter", "T1.Silent", "Host.7"].map(delay), [Some(0.0), Some(5.0), None]);
     let handling = &config.alarm_handling;
     assert_eq!(handling.log_directory.as_deref(), Some("log"));
     assert_eq!((handling.max_shelving, handling.log_files), (Duration::from_secs(3_600), 20));
+}
+
+#[test]
+fn alarms_follow_verdicts_of_overlays() {
+    let alarms = r#""Judged": { "verdict": { "instance": "labels", "severity": "alarm",
+            "equipment": "=S12D1T1-TA1" }, "off_delay_seconds": 3, "message": "Abnormal",
+            "suppressed_by": { "tag": "Q1.Position", "condition": { "equals": "off" } } },
+        "Any": { "verdict": { "instance": "labels" }, "message": "Abnormal" },
+        "Host.7":"#;
+    let text = EXAMPLE.replace("\"Host.7\":", alarms);
+    let config = parse(&text).unwrap_or_else(|faults| panic!("{faults:#?}"));
+    let judged = &config.alarms["Judged"];
+    assert_eq!(judged.equipment.as_deref(), Some("=S12D1T1-TA1"));
+    let off = ConditionConfig::Equals(StateConfig::DoublePoint(DoublePointConfig::Off));
+    let expected = AlarmOriginConfig::Verdict {
+        overlay: "labels".into(),
+        severity: VerdictSeverityConfig::Alarm,
+        on_delay_seconds: 0.0,
+        off_delay_seconds: 3.0,
+        suppressed_by: Some(TagConditionConfig { tag: "Q1.Position".into(), condition: off }),
+    };
+    assert_eq!(judged.origin, expected);
+    let any = &config.alarms["Any"];
+    assert_eq!(any.equipment, None, "each piece that it judges");
+    let AlarmOriginConfig::Verdict { severity, .. } = any.origin else { panic!("{any:?}") };
+    assert_eq!(severity, VerdictSeverityConfig::Warning);
 }
 
 #[test]

@@ -4,11 +4,15 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_alarms::{AlarmSet, AlarmSource, AlarmSpec, Condition, Limit, Priority, TagCondition};
+use busbar_alarms::{
+    AlarmSet, AlarmSource, AlarmSpec, AlarmTemplate, Condition, Limit, Priority, TagCondition,
+    VerdictCondition,
+};
 use busbar_config::{
     AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, DoublePointConfig, LimitConfig,
-    PriorityConfig, StateConfig, TagConditionConfig, join_pointer,
+    PriorityConfig, StateConfig, TagConditionConfig, VerdictSeverityConfig, join_pointer,
 };
+use busbar_overlay_picture::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{DoublePoint, TagHandle, TagSet, Value};
 
@@ -29,16 +33,29 @@ pub(crate) fn resolve(
     // Ids are the keys of a sorted map: their rank is their handle.
     let handles: HashMap<&str, TagHandle> =
         config.tags.keys().zip(0..).map(|(id, rank)| (id.as_str(), TagHandle(rank))).collect();
-    let (mut specs, mut nodes) = (Vec::new(), Vec::new());
+    let (mut specs, mut nodes, mut templates) = (Vec::new(), Vec::new(), Vec::new());
     for (id, alarm) in &config.alarms {
-        let spec = spec(id, alarm, &handles);
+        let mut spec = spec(id, alarm, &handles);
+        if alarm.equipment.is_none() {
+            match AlarmTemplate::new(spec) {
+                Ok(template) => {
+                    templates.push(template);
+                    continue;
+                }
+                Err(own) => spec = own,
+            }
+        }
         let of_tag = match &spec.source {
             AlarmSource::Tag { trigger, .. } => nodes_of_tags.get(&trigger.tag).copied(),
-            AlarmSource::Mirrored => None,
+            AlarmSource::Verdict { .. } | AlarmSource::Mirrored => None,
         };
         nodes.push(match (&alarm.equipment, graph) {
             (Some(equipment), Some(graph)) => {
-                let pointer = join_pointer(&alarm.pointer, "equipment");
+                let pointer = match &spec.source {
+                    AlarmSource::Verdict { .. } => join_pointer(&alarm.pointer, "verdict"),
+                    AlarmSource::Tag { .. } | AlarmSource::Mirrored => alarm.pointer.clone(),
+                };
+                let pointer = join_pointer(&pointer, "equipment");
                 bindings::find(config, graph, imported, equipment, &pointer, faults)
             }
             _ => of_tag,
@@ -59,7 +76,10 @@ pub(crate) fn resolve(
             );
         }
     }
-    let set = AlarmSet::new(specs, tags).unwrap_or_else(|found| {
+    // Templates are checked as if each were one alarm.
+    let all = specs.iter().chain(templates.iter().map(AlarmTemplate::spec)).cloned().collect();
+    let set = AlarmSet::new(all, tags).and_then(|_| AlarmSet::new(specs, tags));
+    let set = set.unwrap_or_else(|found| {
         for fault in found {
             let alarm = config.alarms.get(&fault.id);
             let pointer = alarm.map_or("/alarms", |alarm| alarm.pointer.as_str());
@@ -67,7 +87,7 @@ pub(crate) fn resolve(
         }
         AlarmSet::default()
     });
-    LoadedAlarms { set: Arc::new(set), nodes: nodes.into() }
+    LoadedAlarms { set: Arc::new(set), templates: templates.into(), nodes: nodes.into() }
 }
 
 fn spec(id: &str, alarm: &AlarmConfig, handles: &HashMap<&str, TagHandle>) -> AlarmSpec {
@@ -92,6 +112,25 @@ fn spec(id: &str, alarm: &AlarmConfig, handles: &HashMap<&str, TagHandle>) -> Al
         group: alarm.group.clone(),
         source: match &alarm.origin {
             AlarmOriginConfig::Mirrored => AlarmSource::Mirrored,
+            AlarmOriginConfig::Verdict {
+                overlay,
+                severity,
+                on_delay_seconds,
+                off_delay_seconds,
+                suppressed_by,
+            } => AlarmSource::Verdict {
+                trigger: VerdictCondition {
+                    overlay: overlay.clone(),
+                    equipment: alarm.equipment.clone().unwrap_or_default(),
+                    severity: match severity {
+                        VerdictSeverityConfig::Warning => Severity::Warning,
+                        VerdictSeverityConfig::Alarm => Severity::Alarm,
+                    },
+                },
+                on_delay: Duration::from_secs_f64(*on_delay_seconds),
+                off_delay: Duration::from_secs_f64(*off_delay_seconds),
+                suppressed_by: suppressed_by.as_ref().map(tag_condition),
+            },
             AlarmOriginConfig::Tag {
                 trigger: of,
                 on_delay_seconds,

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use busbar_alarms::AlarmSet;
+use busbar_alarms::{AlarmSet, AlarmTemplate};
 use busbar_audit_log::AuditLogOptions;
 use busbar_config::{Config, Diagnostic, LogConfig, MetricsConfig, Severity};
 use busbar_geometry::CollapseStacks;
@@ -139,6 +139,8 @@ impl LoadedScene {
 pub struct LoadedAlarms {
     /// Alarms in the order of their handles.
     pub set: Arc<AlarmSet>,
+    /// Alarms on all equipment that an overlay judges, in the order of their ids.
+    pub templates: Arc<[AlarmTemplate]>,
     /// The equipment of each alarm.
     pub nodes: Arc<[Option<NodeIndex>]>,
 }

@@ -1,7 +1,8 @@
-//! Alarms: the state model of IEC 62682 (ANSI/ISA-18.2) on tags.
+//! Alarms: the state model of IEC 62682 (ANSI/ISA-18.2) on tags and on verdicts of overlays.
 //!
-//! An [`AlarmTable`] is told what tags change ([`AlarmTable::note`]), is stepped once a
-//! frame ([`AlarmTable::step`]) and takes what operators do ([`AlarmTable::perform`]).
+//! An [`AlarmTable`] is told what tags change ([`AlarmTable::note`]) and what overlays judge
+//! ([`AlarmTable::note_verdict`]), is stepped once a frame ([`AlarmTable::step`]) and takes what
+//! operators do ([`AlarmTable::perform`]).
 //! Whatever happens is a [`AlarmRecord`], for an audit log. Its cost follows what changes and
 //! what is due, not how many alarms there are.
 //!
@@ -9,6 +10,9 @@
 //! alarm stays as it is, is marked as uncertain, and its delays begin anew once values are
 //! usable again. Values of uncertain quality count, and mark the alarm too. Only a
 //! condition on bad quality itself ([`Condition::BadQuality`]) looks at quality alone.
+//!
+//! An unknown verdict neither raises nor clears an alarm either. An on-delay that has begun goes
+//! on meanwhile: equipment stays abnormal until it is judged normal. An off-delay begins anew.
 //!
 //! Invariant: no clock is read, nothing is drawn and nothing is written here; the same
 //! steps give the same records.
@@ -26,7 +30,9 @@ mod spec;
 mod state;
 mod step;
 mod table;
+mod template;
 mod timers;
+mod verdict_input;
 
 pub use action::{Action, ActionError, MAX_OPERATOR_BYTES};
 pub use chatter::{CHATTER_OCCURRENCES, CHATTER_WINDOW};
@@ -44,6 +50,9 @@ pub use source::{
 };
 pub use spec::{
     AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, Priority, TagCondition,
+    VerdictCondition,
 };
 pub use state::{AlarmFlags, State};
 pub use table::{AlarmStatus, AlarmTable, StateCounts};
+pub use template::AlarmTemplate;
+pub use verdict_input::VerdictInput;

@@ -65,6 +65,13 @@ pub struct AlarmRecord {
     /// in the log a list of names.
     #[serde(default, skip_serializing_if = "is_live", with = "origin_names")]
     pub origin: Origin,
+    /// True where the verdict by which the condition came or went last rests on a default of its
+    /// overlay.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_assumed: bool,
+    /// Reason of the overlay's verdict that the condition was judged by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
     /// True for the first-out alarm of its group.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_first_out: bool,

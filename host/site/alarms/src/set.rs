@@ -69,15 +69,16 @@ impl AlarmSet {
             let next = numbers.len() as u32;
             let number = |name: &String| *numbers.entry(name.clone()).or_insert(next);
             groups.push(spec.group.as_ref().map(number));
-            let AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by } = &spec.source
-            else {
-                continue;
-            };
-            if (*on_delay).max(*off_delay) > MAX_DELAY {
+            if spec.source.delays().into_iter().any(|delay| delay > MAX_DELAY) {
                 let cause = format!("a delay is longer than {} s", MAX_DELAY.as_secs());
                 faults.push(fault(cause, "shorten it"));
             }
-            let watches = [Some((trigger, false)), suppressed_by.as_ref().map(|by| (by, true))];
+            let trigger = match &spec.source {
+                AlarmSource::Tag { trigger, .. } => Some(trigger),
+                AlarmSource::Verdict { .. } | AlarmSource::Mirrored => None,
+            };
+            let suppressed_by = spec.source.suppressed_by();
+            let watches = [trigger.map(|by| (by, false)), suppressed_by.map(|by| (by, true))];
             for (watch, suppresses) in watches.into_iter().flatten() {
                 let TagCondition { tag, condition } = *watch;
                 match tags.spec(tag).map(|spec| condition.fault(spec.kind)) {
@@ -100,6 +101,18 @@ impl AlarmSet {
             by_id,
             groups,
         })
+    }
+
+    /// Returns the set with further alarms behind its own, whose handles stay.
+    ///
+    /// # Errors
+    /// Those of [`AlarmSet::new`].
+    pub fn extended(
+        &self,
+        more: impl IntoIterator<Item = AlarmSpec>,
+        tags: &TagSet,
+    ) -> Result<Self, Vec<AlarmSpecError>> {
+        Self::new(self.specs.iter().cloned().chain(more).collect(), tags)
     }
 
     /// Returns the definitions of all alarms, by handle.

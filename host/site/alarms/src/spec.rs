@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use busbar_overlay_picture::Severity;
 use busbar_tags::TagHandle;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +43,17 @@ pub struct TagCondition {
     pub condition: Condition,
 }
 
+/// A verdict of an overlay on a piece of equipment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VerdictCondition {
+    /// Plugin instance of the overlay.
+    pub overlay: String,
+    /// Id of the equipment, as the configuration or the overlay names it.
+    pub equipment: String,
+    /// Least severity of an abnormal verdict that raises the alarm.
+    pub severity: Severity,
+}
+
 /// Source of an alarm's states.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AlarmSource {
@@ -56,8 +68,52 @@ pub enum AlarmSource {
         /// Condition that suppresses the alarm by design.
         suppressed_by: Option<TagCondition>,
     },
+    /// Overlay whose verdict on a piece of equipment is followed.
+    Verdict {
+        /// Verdict that raises the alarm.
+        trigger: VerdictCondition,
+        /// Time from the first abnormal verdict on before the alarm occurs, unless the equipment
+        /// is judged normal in between.
+        on_delay: Duration,
+        /// Time for which the equipment must be judged normal before the alarm returns to normal.
+        off_delay: Duration,
+        /// Condition that suppresses the alarm by design.
+        suppressed_by: Option<TagCondition>,
+    },
     /// Another alarm system; nothing is decided here.
     Mirrored,
+}
+
+impl AlarmSource {
+    /// Reports whether another alarm system decides on the alarm.
+    pub fn is_mirrored(&self) -> bool {
+        *self == Self::Mirrored
+    }
+
+    /// Returns on-delay and off-delay; none of a mirrored alarm.
+    pub fn delays(&self) -> [Duration; 2] {
+        match *self {
+            Self::Tag { on_delay, off_delay, .. } | Self::Verdict { on_delay, off_delay, .. } => {
+                [on_delay, off_delay]
+            }
+            Self::Mirrored => [Duration::ZERO; 2],
+        }
+    }
+
+    /// Returns the condition that suppresses the alarm by design.
+    pub fn suppressed_by(&self) -> Option<&TagCondition> {
+        match self {
+            Self::Tag { suppressed_by, .. } | Self::Verdict { suppressed_by, .. } => {
+                suppressed_by.as_ref()
+            }
+            Self::Mirrored => None,
+        }
+    }
+
+    /// Reports whether the alarm can be suppressed by design: here, or by the system that decides.
+    pub(crate) fn is_suppressible(&self) -> bool {
+        self.is_mirrored() || self.suppressed_by().is_some()
+    }
 }
 
 /// Definition of an alarm.

@@ -12,10 +12,21 @@ use busbar_tags::{Change, Moment, Snapshot, SourceTime, TagHandle, TagState};
 use crate::set::User;
 use crate::state::Hold;
 use crate::table::{AlarmTable, Cause, Pending};
+use crate::verdict_input::VerdictInput;
 use crate::{AlarmEvent, AlarmHandle, AlarmRecord, AlarmSource, Condition, TagCondition};
 
 /// Receiver of the records of a step.
 type RecordReceiver<'a> = &'a mut dyn FnMut(AlarmRecord);
+
+/// Judgment of an alarm's condition in one step.
+struct Finding {
+    /// Reports whether the condition holds; none where nothing decides.
+    holds: Option<bool>,
+    is_certain: bool,
+    cause: Cause,
+    /// True if an on-delay goes on while nothing decides.
+    keeps_on_delay: bool,
+}
 
 /// Alarm that uses a tag, with the current state of the tag.
 #[derive(Clone, Copy)]
@@ -73,6 +84,7 @@ impl AlarmTable {
         for input in inputs.iter().filter(|input| !input.user.suppresses) {
             self.evaluate(*input, each);
         }
+        self.take_verdicts(each);
         self.end_delays(each);
         self.suppress(&inputs, false, each);
     }
@@ -98,10 +110,7 @@ impl AlarmTable {
     /// Begins or ends suppressions by design.
     fn suppress(&mut self, inputs: &[AlarmInput], begins: bool, each: RecordReceiver<'_>) {
         for AlarmInput { user, state } in inputs.iter().filter(|input| input.user.suppresses) {
-            let AlarmSource::Tag { suppressed_by: Some(by), .. } = &self.spec(user.alarm).source
-            else {
-                continue;
-            };
+            let Some(by) = self.spec(user.alarm).source.suppressed_by() else { continue };
             let is_suppressed = self.cells[user.alarm.0 as usize].standing.is_suppressed;
             let TagCondition { condition, .. } = *by;
             let verdict = condition.evaluate(state.value, state.quality, is_suppressed);
@@ -126,8 +135,9 @@ impl AlarmTable {
     /// all have one.
     fn take_pulses(&mut self, each: RecordReceiver<'_>) {
         let mut pulses = std::mem::take(&mut self.pulses);
-        let time =
-            |alarm: &AlarmHandle| self.cells[alarm.0 as usize].pulse.and_then(|p| p.source_time);
+        let time = |alarm: &AlarmHandle| {
+            self.cells[alarm.0 as usize].pulse.as_ref().and_then(|p| p.source_time)
+        };
         if pulses.iter().all(|alarm| time(alarm).is_some()) {
             pulses.sort_by_key(time);
         }
@@ -149,21 +159,52 @@ impl AlarmTable {
         AlarmInput { user: User { alarm, .. }, state }: AlarmInput,
         each: RecordReceiver<'_>,
     ) {
-        let AlarmSource::Tag {
-            trigger: TagCondition { condition, .. }, on_delay, off_delay, ..
-        } = self.spec(alarm).source
+        let AlarmSource::Tag { trigger: TagCondition { condition, .. }, .. } =
+            self.spec(alarm).source
         else {
             return;
         };
-        let now = self.now;
         let TagState { value, source_time, origin, .. } = state;
-        let cause = Cause { value, source_time, origin };
+        let holds = condition.evaluate(value, state.quality, self.cells[alarm.0 as usize].holds);
+        let finding = Finding {
+            holds,
+            is_certain: state.quality.is_good() || condition == Condition::BadQuality,
+            cause: Cause { value, source_time, origin, ..Cause::default() },
+            keeps_on_delay: false,
+        };
+        self.decide(alarm, finding, each);
+    }
+
+    /// Evaluates the verdicts since the last step, in their order.
+    fn take_verdicts(&mut self, each: RecordReceiver<'_>) {
+        let mut verdicts = std::mem::take(&mut self.verdicts);
+        for VerdictInput { alarm, holds, origin, source_time, is_assumed, reason } in
+            verdicts.drain(..)
+        {
+            let Some(cell) = self.cells.get_mut(alarm.0 as usize) else { continue };
+            cell.uncertainty = reason.clone().filter(|_| holds.is_none());
+            let finding = Finding {
+                holds,
+                is_certain: holds.is_some(),
+                cause: Cause { source_time, origin, is_assumed, reason, ..Cause::default() },
+                keeps_on_delay: true,
+            };
+            self.decide(alarm, finding, each);
+        }
+        // Kept for its room.
+        self.verdicts = verdicts;
+    }
+
+    /// Applies the judgment of a condition, with the delays of its alarm.
+    fn decide(&mut self, alarm: AlarmHandle, finding: Finding, each: RecordReceiver<'_>) {
+        let Finding { holds, is_certain, cause, keeps_on_delay } = finding;
+        let [on_delay, off_delay] = self.spec(alarm).source.delays();
+        let now = self.now;
         let cell = &mut self.cells[alarm.0 as usize];
-        let is_certain = state.quality.is_good() || condition == Condition::BadQuality;
         let was_certain = std::mem::replace(&mut cell.is_certain, is_certain);
         let known_origin = cell.cause.origin;
-        match condition.evaluate(state.value, state.quality, cell.holds) {
-            None => cell.pending = None,
+        match holds {
+            None => drop(cell.pending.take_if(|pending| !(keeps_on_delay && pending.holds))),
             Some(holds) => {
                 cell.holds = holds;
                 let delay = if holds { on_delay } else { off_delay };
@@ -171,7 +212,7 @@ impl AlarmTable {
                     cell.pending = None;
                     if holds {
                         // Also of an alarm that was taken over from the log.
-                        cell.cause.origin |= origin;
+                        cell.cause.renew(cause);
                     }
                 } else if delay == Duration::ZERO {
                     self.change_condition(alarm, holds, cause, each);

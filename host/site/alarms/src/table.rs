@@ -10,9 +10,10 @@ use crate::chatter::Chatter;
 use crate::first_out::Group;
 use crate::state::Hold;
 use crate::timers::Timers;
+use crate::verdict_input::VerdictInput;
 use crate::{
-    Action, ActionError, AlarmEvent, AlarmFlags, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource,
-    AlarmSpec, MAX_OPERATOR_BYTES, Priority, State,
+    Action, ActionError, AlarmEvent, AlarmFlags, AlarmHandle, AlarmRecord, AlarmSet, AlarmSpec,
+    MAX_OPERATOR_BYTES, Priority, State,
 };
 
 /// The alarms of a scene and their states.
@@ -24,6 +25,8 @@ pub struct AlarmTable {
     pub(crate) groups: Vec<Group>,
     /// Alarms whose condition came since the last step, in order.
     pub(crate) pulses: Vec<AlarmHandle>,
+    /// Verdicts of overlays since the last step, in order.
+    pub(crate) verdicts: Vec<VerdictInput>,
     /// Alarms that are not normal.
     open: BTreeSet<AlarmHandle>,
     counts: [StateCounts; Priority::ALL.len()],
@@ -43,8 +46,10 @@ pub(crate) struct Cell {
     pub(crate) standing: AlarmFlags,
     /// True while the condition holds, delays aside.
     pub(crate) holds: bool,
-    /// True while its tag's quality is good.
+    /// True while its tag's quality is good, or its verdict is known.
     pub(crate) is_certain: bool,
+    /// Reason why its verdict is unknown.
+    pub(crate) uncertainty: Option<Arc<str>>,
     /// Change of the condition whose delay is running.
     pub(crate) pending: Option<Pending>,
     /// Time at which shelving expires.
@@ -62,7 +67,7 @@ pub(crate) struct Cell {
 }
 
 /// Delay that is running.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pending {
     /// True for a condition that came, false for one that went.
     pub(crate) holds: bool,
@@ -70,12 +75,16 @@ pub(crate) struct Pending {
     pub(crate) cause: Cause,
 }
 
-/// Value by which a condition was evaluated.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Value or verdict by which a condition was evaluated.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Cause {
     pub(crate) value: Option<Value>,
     pub(crate) source_time: Option<SourceTime>,
     pub(crate) origin: Origin,
+    /// True for a verdict that rests on a default of its overlay.
+    pub(crate) is_assumed: bool,
+    /// Reason of the verdict.
+    pub(crate) reason: Option<Arc<str>>,
 }
 
 /// An alarm at the instant of the last step.
@@ -85,7 +94,8 @@ pub struct AlarmStatus {
     pub standing: AlarmFlags,
     /// State by IEC 62682.
     pub state: State,
-    /// True where the quality of its tag is good; always for a mirrored one.
+    /// True where the quality of its tag is good or its verdict is known; always for a mirrored
+    /// one.
     pub is_certain: bool,
     /// Time of the last change of state.
     pub since: Option<SourceTime>,
@@ -102,8 +112,10 @@ pub struct AlarmStatus {
     pub shelf_left: Option<Duration>,
     /// The value by which its condition came or went last.
     pub value: Option<Value>,
-    /// Origin of that value: live, or simulated, recorded and the like.
+    /// Origin of that value or verdict: live, or simulated, recorded and the like.
     pub origin: Origin,
+    /// True where the verdict rests on a default of its overlay.
+    pub is_assumed: bool,
 }
 
 /// Numbers of alarms by state.
@@ -138,13 +150,14 @@ impl AlarmTable {
         let mut counts = [StateCounts::default(); Priority::ALL.len()];
         let cell = |spec: &AlarmSpec| {
             counts[spec.priority as usize].0[State::Normal as usize] += 1;
-            Cell { is_certain: spec.source == AlarmSource::Mirrored, ..Cell::default() }
+            Cell::new(spec)
         };
         Self {
             cells: set.specs().iter().map(cell).collect(),
             groups: vec![Group::default(); set.group_count() as usize],
             timers: Timers::default(),
             pulses: Vec::new(),
+            verdicts: Vec::new(),
             open: BTreeSet::new(),
             counts,
             next_number: 1,
@@ -155,6 +168,27 @@ impl AlarmTable {
             revision: 0,
             set,
         }
+    }
+
+    /// Adopts a set with further alarms behind those of the present one
+    /// ([`AlarmSet::extended`]). They are normal, and uncertain until they are judged.
+    pub fn extend(&mut self, set: Arc<AlarmSet>) {
+        debug_assert!(set.specs().starts_with(self.set.specs()), "alarms keep their handles");
+        for spec in set.specs().iter().skip(self.cells.len()) {
+            self.counts[spec.priority as usize].0[State::Normal as usize] += 1;
+            self.cells.push(Cell::new(spec));
+        }
+        self.groups.resize(set.group_count() as usize, Group::default());
+        self.set = set;
+        self.revision += 1;
+        // What suppresses a new alarm may hold already.
+        self.is_new = true;
+    }
+
+    /// Records an overlay's verdict on the equipment of an alarm, which the next step evaluates.
+    /// A verdict that changed nothing need not be recorded.
+    pub fn note_verdict(&mut self, input: VerdictInput) {
+        self.verdicts.push(input);
     }
 
     /// Restores the state from an audit log: the last flags of each alarm and the number of the
@@ -171,15 +205,11 @@ impl AlarmTable {
         for (id, standing, since) in standings {
             let Some(alarm) = self.set.find(id) else { continue };
             let spec = &self.set.specs()[alarm.0 as usize];
-            let has_suppression = match &spec.source {
-                AlarmSource::Tag { suppressed_by, .. } => suppressed_by.is_some(),
-                AlarmSource::Mirrored => true,
-            };
             let cell = &mut self.cells[alarm.0 as usize];
             let before = cell.standing.state();
             cell.standing = standing;
-            cell.standing.is_latched &= spec.latched || spec.source == AlarmSource::Mirrored;
-            if standing.is_suppressed && !has_suppression {
+            cell.standing.is_latched &= spec.latched || spec.source.is_mirrored();
+            if standing.is_suppressed && !spec.source.is_suppressible() {
                 // The configuration no longer suppresses it.
                 cell.standing.release(Hold::Suppression, spec.latched);
             }
@@ -208,17 +238,13 @@ impl AlarmTable {
         for (spec, mut cell) in before.set.specs().iter().zip(before.cells) {
             let Some(alarm) = self.set.find(&spec.id) else { continue };
             let own = &self.set.specs()[alarm.0 as usize];
-            let is_mirrored = own.source == AlarmSource::Mirrored;
-            if is_mirrored != (spec.source == AlarmSource::Mirrored) {
+            let is_mirrored = own.source.is_mirrored();
+            if is_mirrored != spec.source.is_mirrored() {
                 // Somebody else decides now: nothing that was decided holds.
                 continue;
             }
-            let is_suppressible = match &own.source {
-                AlarmSource::Tag { suppressed_by, .. } => suppressed_by.is_some(),
-                AlarmSource::Mirrored => true,
-            };
             cell.standing.is_latched &= own.latched || is_mirrored;
-            if cell.standing.is_suppressed && !is_suppressible {
+            if cell.standing.is_suppressed && !own.source.is_suppressible() {
                 cell.standing.release(Hold::Suppression, own.latched);
             }
             if !is_same(&spec.id) {
@@ -260,12 +286,29 @@ impl AlarmTable {
             shelf_left: cell.shelf_ends.map(|ends| ends.since(self.now)),
             value: cell.cause.value,
             origin: cell.cause.origin,
+            is_assumed: cell.cause.is_assumed,
         })
+    }
+
+    /// Returns the reason of the verdict by which an alarm came or went last; none of an alarm of
+    /// a tag.
+    pub fn reason(&self, alarm: AlarmHandle) -> Option<&str> {
+        self.cells.get(alarm.0 as usize)?.cause.reason.as_deref()
+    }
+
+    /// Returns the reason why an alarm's verdict is unknown.
+    pub fn uncertainty(&self, alarm: AlarmHandle) -> Option<&str> {
+        self.cells.get(alarm.0 as usize)?.uncertainty.as_deref()
     }
 
     /// The alarms that are not normal, by handle.
     pub fn open(&self) -> impl ExactSizeIterator<Item = AlarmHandle> {
         self.open.iter().copied()
+    }
+
+    /// Reports whether an alarm is not normal.
+    pub fn is_open(&self, alarm: AlarmHandle) -> bool {
+        self.open.contains(&alarm)
     }
 
     /// Returns the numbers of alarms of a priority by state.
@@ -296,7 +339,7 @@ impl AlarmTable {
     ) -> Result<AlarmRecord, ActionError> {
         let spec = self.set.spec(alarm).ok_or(ActionError::Unknown)?;
         let (id, latches) = (|| spec.id.clone(), spec.latched);
-        if spec.source == AlarmSource::Mirrored {
+        if spec.source.is_mirrored() {
             return Err(ActionError::Mirrored { alarm: id() });
         }
         if operator.trim().is_empty() || operator.len() > MAX_OPERATOR_BYTES {
@@ -338,7 +381,7 @@ impl AlarmTable {
         until: Option<SourceTime>,
         operator: Option<&str>,
     ) -> Result<Option<AlarmRecord>, ActionError> {
-        let spec = self.set.spec(alarm).filter(|spec| spec.source == AlarmSource::Mirrored);
+        let spec = self.set.spec(alarm).filter(|spec| spec.source.is_mirrored());
         spec.ok_or(ActionError::Unknown)?;
         let standing = AlarmFlags::from_state(state, until);
         let before = self.cells[alarm.0 as usize].standing;
@@ -366,7 +409,7 @@ impl AlarmTable {
         let from = cell.standing.state();
         let was_active = cell.standing.is_active;
         let happened = change(&mut cell.standing);
-        let (standing, to, cause) = (cell.standing, cell.standing.state(), cell.cause);
+        let (standing, to, cause) = (cell.standing, cell.standing.state(), cell.cause.clone());
         if from != to {
             cell.since = Some(self.wall_clock);
         }
@@ -391,7 +434,7 @@ impl AlarmTable {
         self.recount(alarm, from, to);
         let number = self.next_number;
         self.next_number += 1;
-        let is_of_tag = matches!(happened, AlarmEvent::Occurred | AlarmEvent::Returned);
+        let is_of_condition = matches!(happened, AlarmEvent::Occurred | AlarmEvent::Returned);
         AlarmRecord {
             number,
             time: self.wall_clock,
@@ -401,10 +444,12 @@ impl AlarmTable {
             to,
             standing,
             operator: None,
-            value: cause.value.filter(|_| is_of_tag),
-            source_time: cause.source_time.filter(|_| is_of_tag),
+            value: cause.value.filter(|_| is_of_condition),
+            source_time: cause.source_time.filter(|_| is_of_condition),
             // Also of what an operator does: it is done to an alarm that is not live.
             origin: cause.origin,
+            is_assumed: cause.is_assumed,
+            reason: cause.reason.filter(|_| is_of_condition).map(|reason| reason.to_string()),
             is_first_out,
         }
     }
@@ -428,16 +473,30 @@ impl AlarmTable {
     /// Schedules an alarm in the timer queue for its next due time.
     pub(crate) fn queue(&mut self, alarm: AlarmHandle) {
         let cell = &mut self.cells[alarm.0 as usize];
-        let pending = cell.pending.map(|pending| pending.due);
+        let pending = cell.pending.as_ref().map(|pending| pending.due);
         let due = pending.into_iter().chain(cell.shelf_ends).min();
         self.timers.set(alarm, cell.queued, due);
         cell.queued = due;
     }
 }
 
+impl Cell {
+    fn new(spec: &AlarmSpec) -> Self {
+        Self { is_certain: spec.source.is_mirrored(), ..Self::default() }
+    }
+}
+
 impl Cause {
     pub(crate) fn from_change(change: &Change) -> Self {
         let &Change { value, source_time, origin, .. } = change;
-        Self { value, source_time, origin }
+        Self { value, source_time, origin, ..Self::default() }
+    }
+
+    /// Adds what a condition that holds still rests on: its origin; of a verdict, the reason too.
+    pub(crate) fn renew(&mut self, now: Self) {
+        self.origin |= now.origin;
+        if now.reason.is_some() {
+            (self.reason, self.is_assumed) = (now.reason, now.is_assumed);
+        }
     }
 }

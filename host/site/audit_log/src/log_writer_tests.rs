@@ -23,6 +23,8 @@ pub(crate) fn record(number: u64, alarm: &str, to: State) -> AlarmRecord {
         value: None,
         source_time: None,
         origin: busbar_tags::Origin::LIVE,
+        is_assumed: false,
+        reason: None,
         is_first_out: false,
     }
 }

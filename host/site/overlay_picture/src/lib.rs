@@ -18,4 +18,6 @@ pub use overlay_picture::{
     max_primitives, max_quantities,
 };
 pub use overlay_quantity::{Contour, MAX_MECHANISMS, OverlayQuantity, Quantity};
-pub use overlay_verdict::{MAX_BASIS, OverlayVerdict, Verdict, Verdicts, max_verdicts};
+pub use overlay_verdict::{
+    MAX_BASIS, OverlayVerdict, Verdict, VerdictRating, VerdictSeverity, Verdicts, max_verdicts,
+};

@@ -34,6 +34,46 @@ impl Verdict {
     }
 }
 
+/// Severity of an abnormal verdict, as far as the inputs decide on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum VerdictSeverity {
+    /// Attention is needed, and surely no action now.
+    Warning,
+    /// Attention is needed; the inputs do not decide whether action is.
+    PerhapsAlarm,
+    /// Action is needed now.
+    #[default]
+    Alarm,
+}
+
+impl VerdictSeverity {
+    /// The word for statistics and other programs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Warning => "warning",
+            Self::PerhapsAlarm => "perhaps_alarm",
+            Self::Alarm => "alarm",
+        }
+    }
+}
+
+/// Verdict on one piece of equipment, without its reason and what it rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VerdictRating {
+    /// Verdict on the equipment.
+    pub verdict: Verdict,
+    /// Severity of an abnormal verdict; says nothing of any other.
+    pub severity: VerdictSeverity,
+    /// True if it rests on a default of the plugin, which the reason names.
+    pub is_assumed: bool,
+}
+
+impl From<Verdict> for VerdictRating {
+    fn from(verdict: Verdict) -> Self {
+        Self { verdict, severity: VerdictSeverity::default(), is_assumed: false }
+    }
+}
+
 /// A verdict by indices.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OverlayVerdict {
@@ -41,6 +81,8 @@ pub struct OverlayVerdict {
     pub equipment: u32,
     /// Verdict on the equipment.
     pub verdict: Verdict,
+    /// Severity of an abnormal verdict; says nothing of any other.
+    pub severity: VerdictSeverity,
     /// Reports whether it rests on a default of the plugin, which the reason names.
     pub is_assumed: bool,
     reason: Range<u32>,
@@ -82,15 +124,14 @@ impl Verdicts {
     pub fn push(
         &mut self,
         equipment: u32,
-        verdict: Verdict,
-        is_assumed: bool,
+        rating: impl Into<VerdictRating>,
         reason: &str,
         basis: &[TagHandle],
     ) {
         let from = self.basis.len() as u32;
         self.basis.extend_from_slice(basis);
         let basis = from..self.basis.len() as u32;
-        self.push_on_basis(equipment, verdict, is_assumed, reason, basis);
+        self.push_on_basis(equipment, rating.into(), reason, basis);
     }
 
     /// Creates an empty list whose verdicts rest on ranges of these tags; it has room for so many.
@@ -103,15 +144,15 @@ impl Verdicts {
     pub fn push_on_basis(
         &mut self,
         equipment: u32,
-        verdict: Verdict,
-        is_assumed: bool,
+        rating: VerdictRating,
         reason: &str,
         basis: Range<u32>,
     ) {
         let from = self.reasons.len() as u32;
         self.reasons.push_str(reason);
         let reason = from..self.reasons.len() as u32;
-        self.list.push(OverlayVerdict { equipment, verdict, is_assumed, reason, basis });
+        let VerdictRating { verdict, severity, is_assumed } = rating;
+        self.list.push(OverlayVerdict { equipment, verdict, severity, is_assumed, reason, basis });
     }
 
     /// Checks the rules for verdicts on so many pieces of equipment, resting on tags that
@@ -167,7 +208,8 @@ mod tests {
 
     fn verdicts(equipment: u32, verdict: Verdict, is_assumed: bool, reason: &str) -> Verdicts {
         let mut verdicts = Verdicts::default();
-        verdicts.push(equipment, verdict, is_assumed, reason, &[TAG]);
+        let rating = VerdictRating { is_assumed, ..verdict.into() };
+        verdicts.push(equipment, rating, reason, &[TAG]);
         verdicts
     }
 
@@ -190,7 +232,7 @@ mod tests {
         }
         assert!(right.check(2, |_| false).is_err(), "a tag that is not bound");
         let mut many = right.clone();
-        (0..4).for_each(|_| many.push(0, Verdict::Normal, false, "", &[]));
+        (0..4).for_each(|_| many.push(0, Verdict::Normal, "", &[]));
         assert!(check(&many).is_err());
     }
 

@@ -1,26 +1,31 @@
-//! Alarms of a site: their table, their audit log, and the alarms of external systems.
+//! Alarms of a site: their table with the verdicts of overlays, their audit log, and the alarms of
+//! external systems.
 
 mod alarm_listing;
 mod external_alarms;
 mod host_api;
 mod notifications;
 mod reload;
+mod verdict_alarms;
 
-use std::collections::VecDeque;
-use std::sync::Arc;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use busbar_alarms::{Action, AlarmHandle, AlarmRecord, AlarmTable, State};
 use busbar_audit_log::{AuditLog, RecoveredLog};
 use busbar_config::AlarmHandlingConfig;
-use busbar_tags::{Change, Moment, Snapshot, SourceTime, TagSet};
+use busbar_tags::{Change, Moment, Origin, Snapshot, SourceTime, TagSet};
 
-pub use self::alarm_listing::{AlarmListing, EquipmentAlarms, EquipmentInAlarm, ExternalAlarmTint};
+pub use self::alarm_listing::{AlarmListing, EquipmentAlarms, EquipmentInAlarm, JudgedAlarmTint};
 pub use self::external_alarms::{ExternalAlarm, ExternalSource, ExternalSources};
+pub use self::host_api::ChangedAlarm;
 pub(crate) use self::notifications::NotifierHealth;
 use self::notifications::{AlarmView, Notifications};
+use self::verdict_alarms::VerdictAlarms;
+pub(crate) use self::verdict_alarms::VerdictValues;
 use crate::definition::SiteDefinition;
 use crate::equipment::{EquipmentDirectory, EquipmentNumber};
+use crate::overlay_instance::OverlayInstance;
 
 /// Newest log records that are kept for display.
 const MAX_LOG_TAIL: usize = 200;
@@ -30,6 +35,8 @@ const MAX_PENDING_ACTIONS: usize = 10_000;
 /// Alarms of a site.
 pub struct AlarmService {
     table: AlarmTable,
+    /// Alarms of the table that follow verdicts of overlays.
+    verdicts: VerdictAlarms,
     /// Alarms that other systems decide on.
     sources: ExternalSources,
     /// Changes for plugins that tell people of alarms.
@@ -39,7 +46,9 @@ pub struct AlarmService {
     log_remark: Option<String>,
     listing: AlarmListing,
     /// Equipment of each alarm, by the alarm's handle.
-    equipment: Arc<[Option<EquipmentNumber>]>,
+    equipment: Vec<Option<EquipmentNumber>>,
+    /// Alarms of templates, by equipment.
+    of_templates: BTreeMap<EquipmentNumber, Vec<AlarmHandle>>,
     /// Operator actions whose records are not on the disk yet.
     pending: VecDeque<PendingAction>,
     tail: VecDeque<AlarmRecord>,
@@ -72,17 +81,20 @@ impl AlarmService {
     /// Creates the alarms of a site; none if none is configured. Only if `logs` is set, the audit
     /// log is written. An unusable log does not hide the alarms.
     pub(crate) fn new(site: &SiteDefinition, logs: bool, wall_clock: SourceTime) -> Option<Self> {
-        let SiteDefinition { alarms, alarm_equipment, config, audit_log, .. } = site;
-        if alarms.specs().is_empty() && config.alarm_handling.sources.is_empty() {
+        let SiteDefinition { alarms, alarm_templates, alarm_equipment, config, audit_log, .. } =
+            site;
+        let has_own = !alarms.specs().is_empty() || !alarm_templates.is_empty();
+        if !has_own && config.alarm_handling.sources.is_empty() {
             return None;
         }
         let longest = longest_shelf(&config.alarm_handling);
         let now = Moment::now();
         let mut table = AlarmTable::new(alarms.clone(), longest, now);
+        let mut verdicts = verdict_alarms(site, &table);
         let rules = audit_log.clone().filter(|_| logs);
         let (mut log, mut tail) = (None, VecDeque::new());
         let log_remark = match rules.map(AuditLog::open) {
-            None if logs && !alarms.specs().is_empty() => {
+            None if logs && has_own => {
                 Some("no audit log: name one in \"alarm_handling\"".to_owned())
             }
             None => None,
@@ -92,6 +104,7 @@ impl AlarmService {
             }
             Some(Ok((opened, found))) => {
                 let RecoveredLog { open, tail: records, last_number, remarks } = found;
+                verdicts.add_known(open.keys().map(String::as_str), &mut table, &site.tags);
                 let last = open.values().map(|r| (r.alarm.as_str(), r.standing, r.time));
                 table.restore(last, last_number, wall_clock);
                 (log, tail) = (Some(opened), records);
@@ -100,7 +113,9 @@ impl AlarmService {
         };
         tail.drain(..tail.len().saturating_sub(MAX_LOG_TAIL));
         Some(Self {
-            equipment: Arc::clone(alarm_equipment),
+            equipment: alarm_equipment.to_vec(),
+            of_templates: BTreeMap::new(),
+            verdicts,
             sources: ExternalSources::start(site),
             notifications: Notifications::default(),
             table,
@@ -160,6 +175,29 @@ impl AlarmService {
     /// Takes the alarms that external systems have reported.
     pub(crate) fn take_sources(&mut self, directory: &dyn EquipmentDirectory) {
         self.sources.step(directory);
+    }
+
+    /// Takes the verdicts of the overlays' last pictures for the next step.
+    pub(crate) fn take_verdicts(
+        &mut self,
+        overlays: &[OverlayInstance],
+        values: VerdictValues<'_>,
+        directory: &dyn EquipmentDirectory,
+    ) {
+        self.verdicts.judge(&mut self.table, overlays, values, directory);
+        self.place_new(directory);
+    }
+
+    /// Finds the equipment of alarms that came to the table.
+    fn place_new(&mut self, directory: &dyn EquipmentDirectory) {
+        let first = self.equipment.len();
+        for (spec, handle) in self.table.set().specs().iter().zip(0..).skip(first) {
+            let equipment = spec.equipment.as_deref().and_then(|id| directory.find(id));
+            self.equipment.push(equipment);
+            if let Some(equipment) = equipment {
+                self.of_templates.entry(equipment).or_default().push(AlarmHandle(handle));
+            }
+        }
     }
 
     /// Steps the alarm table by the tags, appends records to the log, and updates the listing.
@@ -268,9 +306,20 @@ impl AlarmService {
         pending.map_or((state, false), |pending| (pending.before, true))
     }
 
-    /// Returns the fault of the audit log, or else the remark from opening it.
+    /// Returns the fault of the audit log, or else the equipment without an alarm for want of room,
+    /// or else the remark from opening the log.
     pub fn log_fault(&self) -> Option<String> {
-        self.log.as_ref().and_then(AuditLog::fault).or_else(|| self.log_remark.clone())
+        let fault = self.log.as_ref().and_then(AuditLog::fault);
+        let without_alarm = || match self.verdicts.left_out() {
+            0 => None,
+            count => Some(format!("{count} pieces of equipment have no alarm: too many alarms")),
+        };
+        fault.or_else(without_alarm).or_else(|| self.log_remark.clone())
+    }
+
+    /// Returns the alarms at a piece of equipment that follow an overlay on all its equipment.
+    pub fn of_templates_at(&self, equipment: EquipmentNumber) -> &[AlarmHandle] {
+        self.of_templates.get(&equipment).map_or(&[], Vec::as_slice)
     }
 
     /// Reports whether an alarm is configured or reported by an external system.
@@ -297,6 +346,14 @@ impl AlarmService {
             None => self.equipment.get(alarm.0 as usize).copied().flatten(),
         }
     }
+}
+
+/// Returns the alarms of a table that follow verdicts of a site's overlays.
+fn verdict_alarms(site: &SiteDefinition, table: &AlarmTable) -> VerdictAlarms {
+    VerdictAlarms::new(&site.alarm_templates, table, |overlay| {
+        let is_simulated = site.config.plugins.get(overlay).is_some_and(|of| of.simulated);
+        if is_simulated { Origin::SIMULATED } else { Origin::LIVE }
+    })
 }
 
 /// Returns the longest time that an alarm is shelved.

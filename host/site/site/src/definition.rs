@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use busbar_alarms::AlarmSet;
+use busbar_alarms::{AlarmSet, AlarmTemplate};
 use busbar_audit_log::AuditLogOptions;
 use busbar_config::Config;
 use busbar_plugin_process::{Plugin, RunningOverlay, RunningTelemetry};
@@ -22,6 +22,8 @@ pub struct SiteDefinition {
     pub bound_tags: Vec<TagHandle>,
     /// Alarms in the order of their ids.
     pub alarms: Arc<AlarmSet>,
+    /// Alarms on all equipment that an overlay judges, in the order of their ids.
+    pub alarm_templates: Arc<[AlarmTemplate]>,
     /// Equipment of each alarm, by the alarm's handle.
     pub alarm_equipment: Arc<[Option<EquipmentNumber>]>,
     /// Options of the audit log; none without a configured log.

@@ -26,8 +26,8 @@ mod telemetry_instance;
 mod verdicts;
 
 pub use alarms::{
-    ActionOutcome, AlarmListing, AlarmService, EquipmentAlarms, EquipmentInAlarm, ExternalAlarm,
-    ExternalAlarmTint, ExternalSource, ExternalSources,
+    ActionOutcome, AlarmListing, AlarmService, ChangedAlarm, EquipmentAlarms, EquipmentInAlarm,
+    ExternalAlarm, ExternalSource, ExternalSources, JudgedAlarmTint,
 };
 pub use chart_reader::{ChartData, ChartReader, ExplanationRequest};
 pub use cpu_clock::CpuClock;

@@ -10,7 +10,7 @@ use busbar_tags::{
     EventLog, Moment, Origin, Snapshot, SourceTime, TagHandle, TagSet, TagTable, ValueKind,
 };
 
-use crate::alarms::{ActionOutcome, AlarmService};
+use crate::alarms::{ActionOutcome, AlarmService, VerdictValues};
 use crate::chart_reader::ChartReader;
 use crate::cpu_clock::CpuClock;
 use crate::definition::{SiteDefinition, StartedPlugins};
@@ -121,14 +121,16 @@ impl Site {
         let began = CpuClock::start();
         let now = self.take_samples();
         let tags = began.millis();
+        // Before the alarms, which follow the verdicts of this very step.
+        self.draw_overlays();
+        let overlays = began.millis() - tags;
         self.step_alarms(directory, now);
-        let alarms = began.millis() - tags;
+        let alarms = began.millis() - tags - overlays;
         self.records.step(directory);
         let began = CpuClock::start();
         let Self { origins, definition, table, history, .. } = self;
         origins.follow(definition, table.snapshot(), history, Moment::now());
-        self.draw_overlays();
-        SiteStepMillis { tags, alarms, overlays: began.millis() }
+        SiteStepMillis { tags, alarms, overlays: overlays + began.millis() }
     }
 
     /// Takes the samples of all plugins; values beyond their freshness limit become stale.
@@ -155,6 +157,9 @@ impl Site {
     fn step_alarms(&mut self, directory: &dyn EquipmentDirectory, now: Moment) {
         if let Some(alarms) = &mut self.alarms {
             alarms.take_sources(directory);
+            let values =
+                VerdictValues { tags: &self.definition.tags, snapshot: self.table.snapshot() };
+            alarms.take_verdicts(&self.overlays, values, directory);
             alarms.step(self.table.snapshot(), now, wall_clock());
             alarms.hand_over(&self.definition.tags, directory);
         }
@@ -252,7 +257,7 @@ impl Site {
     /// Restores the alarm states of a previous process.
     pub fn restore_alarms(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
         if let Some(alarms) = &mut self.alarms {
-            alarms.restore(standings);
+            alarms.restore(standings, &self.definition.tags);
         }
     }
 

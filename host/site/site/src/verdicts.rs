@@ -7,8 +7,8 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use busbar_overlay_picture::{OverlayPicture, Verdict};
-use busbar_tags::{Quality, Reason, Snapshot, TagHandle, TagSet};
+use busbar_overlay_picture::{OverlayPicture, Severity, Verdict, VerdictSeverity};
+use busbar_tags::{Origin, Quality, Reason, Snapshot, SourceTime, TagHandle, TagSet};
 
 /// Reason of a verdict, or its lack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,8 +26,9 @@ enum VerdictCause {
 
 /// Verdict on one piece of equipment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct PieceVerdict {
+pub(crate) struct PieceVerdict {
     verdict: Verdict,
+    severity: VerdictSeverity,
     is_assumed: bool,
     /// Unknown now, and abnormal when it was last known.
     was_abnormal: bool,
@@ -38,6 +39,7 @@ impl Default for PieceVerdict {
     fn default() -> Self {
         Self {
             verdict: Verdict::Unknown,
+            severity: VerdictSeverity::default(),
             is_assumed: false,
             was_abnormal: false,
             cause: VerdictCause::Missing,
@@ -59,6 +61,8 @@ pub struct VerdictBoard {
 pub struct VerdictText<'a> {
     /// Verdict as it holds in this step.
     pub verdict: Verdict,
+    /// Severity of an abnormal verdict; none of any other.
+    pub severity: Option<VerdictSeverity>,
     /// True if the plugin assumed it.
     pub is_assumed: bool,
     /// Unknown now, and abnormal when it was last known.
@@ -85,14 +89,13 @@ impl VerdictBoard {
                 },
                 None => PieceVerdict {
                     verdict: verdict.verdict,
+                    severity: verdict.severity,
                     is_assumed: verdict.is_assumed,
                     was_abnormal: false,
                     cause: VerdictCause::Plugin(index),
                 },
             };
-            if piece.cause == VerdictCause::Missing
-                || urgency(next.verdict) > urgency(piece.verdict)
-            {
+            if piece.cause == VerdictCause::Missing || urgency(&next) > urgency(piece) {
                 *piece = next;
             }
         }
@@ -157,6 +160,26 @@ impl VerdictBoard {
         self.pieces.len()
     }
 
+    /// Returns the verdict on a piece.
+    pub(crate) fn piece(&self, equipment: usize) -> PieceVerdict {
+        self.pieces.get(equipment).copied().unwrap_or_default()
+    }
+
+    /// Returns the origins of the values that a verdict rests on, and the latest of their times.
+    pub(crate) fn basis_origin(
+        &self,
+        piece: &PieceVerdict,
+        snapshot: Snapshot<'_>,
+    ) -> (Origin, Option<SourceTime>) {
+        let VerdictCause::Plugin(index) = piece.cause else { return (Origin::LIVE, None) };
+        let verdicts = &self.picture.verdicts;
+        let basis = verdicts.iter().nth(index as usize).map(|verdict| verdicts.basis(verdict));
+        let states = basis.into_iter().flatten().filter_map(|tag| snapshot.state(*tag));
+        states.fold((Origin::LIVE, None), |(origin, time), state| {
+            (origin | state.origin, time.max(state.source_time))
+        })
+    }
+
     /// Returns the verdict on a piece, with its reason as text.
     pub fn verdict<'a>(
         &'a self,
@@ -180,6 +203,7 @@ impl VerdictBoard {
         }
         VerdictText {
             verdict: piece.verdict,
+            severity: (piece.verdict == Verdict::Abnormal).then_some(piece.severity),
             is_assumed: piece.is_assumed,
             was_abnormal: piece.was_abnormal,
             reason,
@@ -205,16 +229,36 @@ impl OverlayVerdicts<'_> {
     }
 }
 
+impl PieceVerdict {
+    /// Reports whether the verdict is abnormal, and at least of a severity; none while that is
+    /// unknown.
+    pub(crate) fn reaches(&self, least: Severity) -> Option<bool> {
+        match (self.verdict, self.severity) {
+            (Verdict::Normal, _) => Some(false),
+            (Verdict::Unknown, _) => None,
+            (Verdict::Abnormal, _) if least < Severity::Alarm => Some(true),
+            (Verdict::Abnormal, VerdictSeverity::Warning) => Some(false),
+            (Verdict::Abnormal, VerdictSeverity::PerhapsAlarm) => None,
+            (Verdict::Abnormal, VerdictSeverity::Alarm) => Some(true),
+        }
+    }
+
+    /// Reports whether the plugin's verdict rests on a default.
+    pub(crate) fn is_assumed(&self) -> bool {
+        self.is_assumed
+    }
+}
+
 fn is_or_was_abnormal(piece: &PieceVerdict) -> bool {
     piece.verdict == Verdict::Abnormal || piece.was_abnormal
 }
 
-/// Returns the urgency of a verdict; the more urgent of two on one piece counts.
-fn urgency(verdict: Verdict) -> u8 {
-    match verdict {
-        Verdict::Normal => 0,
-        Verdict::Unknown => 1,
-        Verdict::Abnormal => 2,
+/// Returns the urgency of a verdict; the most urgent one of several counts.
+pub(crate) fn urgency(piece: &PieceVerdict) -> (u8, VerdictSeverity) {
+    match piece.verdict {
+        Verdict::Normal => (0, VerdictSeverity::Warning),
+        Verdict::Unknown => (1, VerdictSeverity::Warning),
+        Verdict::Abnormal => (2, piece.severity),
     }
 }
 

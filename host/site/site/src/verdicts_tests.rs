@@ -36,7 +36,7 @@ fn board(pieces: &[&str]) -> VerdictBoard {
 fn picture(verdicts: &[(u32, Verdict, &str)]) -> Arc<OverlayPicture> {
     let mut list = Verdicts::default();
     for (equipment, verdict, reason) in verdicts {
-        list.push(*equipment, *verdict, false, reason, &[TAG]);
+        list.push(*equipment, *verdict, reason, &[TAG]);
     }
     Arc::new(OverlayPicture { verdicts: list, ..OverlayPicture::default() })
 }

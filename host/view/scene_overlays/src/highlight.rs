@@ -95,7 +95,7 @@ fn conditions_of(overlay_frame: &OverlayFrame, snapshot: Snapshot<'_>) -> HashMa
     for node in &overlay_frame.unknown {
         own.insert(node.0, Condition::Unknown);
     }
-    let sourced = overlay_frame.external_tints.iter();
+    let sourced = overlay_frame.judged_tints.iter();
     let sourced = sourced.map(|tint| (tint.equipment.0, tint.severity, tint.is_certain));
     for (node, severity, good) in tints.chain(sourced) {
         let condition = match severity {

@@ -8,7 +8,7 @@ use busbar_overlay_picture::{
     Pattern, Quantity,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_site::{ExternalAlarmTint, LATE_DISPLAY, OverlayInstance, Site};
+use busbar_site::{JudgedAlarmTint, LATE_DISPLAY, OverlayInstance, Site};
 use busbar_tags::TagHandle;
 use busbar_ui::{LayerRow, LegendRow};
 
@@ -57,8 +57,8 @@ pub struct OverlayFrame {
     /// The same with layer and reason, for labels.
     pub unknown_labels: Vec<UnknownVerdict>,
     pub(crate) tints: Vec<OverlayTint>,
-    /// Tints of alarms that external systems decide on.
-    pub(crate) external_tints: Vec<ExternalAlarmTint>,
+    /// Tints of alarms that overlays or external systems decide on.
+    pub(crate) judged_tints: Vec<JudgedAlarmTint>,
     /// States of the equipment, those that matter most last.
     pub states: Vec<NodeState>,
     pub(crate) positions: Vec<SwitchPosition>,

@@ -93,7 +93,7 @@ impl SceneOverlays {
         if let Some(alarms) = site.alarms() {
             let listing = alarms.listing();
             frame.tints.extend_from_slice(listing.tints());
-            frame.external_tints.extend_from_slice(listing.external_tints());
+            frame.judged_tints.extend_from_slice(listing.judged_tints());
         }
         let unknown = self.moving_parts.update(graph, &frame.positions, site.snapshot());
         frame.states.extend_from_slice(unknown);

@@ -54,6 +54,7 @@ pub(crate) fn site_definition(scene: &LoadedScene) -> SiteDefinition {
         tags: Arc::clone(&scene.tags),
         bound_tags: scene.bindings.iter().map(|binding| binding.tag).collect(),
         alarms: Arc::clone(&scene.alarms.set),
+        alarm_templates: Arc::clone(&scene.alarms.templates),
         alarm_equipment: numbers.collect(),
         audit_log: scene.audit_log.clone(),
         plugins: scene.instances.clone(),

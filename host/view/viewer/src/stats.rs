@@ -151,6 +151,9 @@ pub struct VerdictStats {
     pub equipment: String,
     /// The verdict: `normal`, `abnormal` or `unknown`.
     pub verdict: &'static str,
+    /// Severity of an abnormal verdict: `warning`, `alarm`, or `perhaps_alarm` where the inputs
+    /// do not decide; null of any other.
+    pub severity: Option<&'static str>,
     /// Reports whether the verdict rests on a default, which the reason names.
     pub assumed: bool,
     /// Reason; empty for none.
@@ -332,16 +335,23 @@ pub struct AlarmStats {
     pub state: AlarmState,
     /// `critical`, `high`, `medium` or `low`.
     pub priority: &'static str,
-    /// True while the alarm's tag is good.
+    /// True while the alarm's tag is good, or its verdict known.
     pub certain: bool,
     /// Occurrences since the start.
     pub occurrences: u64,
-    /// Origins of the value on which the alarm rests, and of its tag now; empty where both
-    /// are live.
+    /// Origins of the value or verdict on which the alarm rests, and of its tag now; empty where
+    /// all are live.
     pub origin: Vec<&'static str>,
     /// The plugin whose source decides on it; none where that is done here.
     pub source: Option<String>,
-    /// Reason why the alarm's state is uncertain: its source reports so or is lost.
+    /// Plugin instance of the overlay whose verdict it follows.
+    pub overlay: Option<String>,
+    /// True where that verdict rests on a default, which the reason names.
+    pub assumed: bool,
+    /// Reason of the verdict by which the alarm came or went last.
+    pub reason: Option<String>,
+    /// Reason why the alarm's state is uncertain: its source reports so or is lost, or its verdict
+    /// is unknown.
     #[serde(rename = "doubt")]
     pub uncertainty: Option<String>,
 }

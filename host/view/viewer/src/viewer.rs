@@ -10,7 +10,8 @@ mod reload;
 mod report;
 mod settings;
 
-pub use host_interface::{CameraPose, ChangedAlarm};
+pub use busbar_site::ChangedAlarm;
+pub use host_interface::CameraPose;
 
 use std::time::{Duration, Instant};
 

@@ -25,7 +25,7 @@ pub(super) struct ChangeReporter {
     is_ready: bool,
     hovered: Option<String>,
     pose: Option<CameraPose>,
-    alarms: HashMap<AlarmHandle, AlarmFlags>,
+    alarms: HashMap<AlarmHandle, (AlarmFlags, Origin)>,
     /// Quality and origin of each tag, by handle.
     qualities: Vec<Option<(Quality, Origin)>>,
     /// Tag index at which the search for changed qualities continues.
@@ -71,12 +71,15 @@ impl ChangeReporter {
 
     fn collect_alarms(&mut self, viewer: &mut Viewer, events: &mut Vec<ViewerMessage>) {
         let changed = viewer.alarms_changed_since(&mut self.alarms).into_iter();
-        events.extend(changed.map(|ChangedAlarm { alarm, state, standing, since }| {
+        events.extend(changed.map(|changed| {
+            let ChangedAlarm { alarm, state, standing, since, origin, reason } = changed;
             ViewerMessage::Alarm(AlarmSnapshot {
                 alarm,
                 state: state_number(state),
                 since: since.0,
                 standing: serde_json::to_string(&standing).unwrap_or_default(),
+                origins: origins(origin),
+                reason,
             })
         }));
         for (alarm, action) in viewer.take_alarm_requests() {

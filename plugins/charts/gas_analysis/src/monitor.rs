@@ -38,6 +38,8 @@ pub(crate) struct MonitorJudgment {
     pub(crate) line_binding: Option<usize>,
     /// Status that is certain.
     pub(crate) least: Status,
+    /// Highest status that what is missing admits.
+    pub(crate) most: Status,
     pub(crate) verdict: Verdict,
     pub(crate) reason: String,
     pub(crate) assumption: String,
@@ -162,6 +164,7 @@ impl Monitor {
             told,
             line_binding,
             least,
+            most,
             verdict,
             reason,
             assumption,

@@ -6,7 +6,9 @@
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::time::{Duration, Instant};
 
-use busbar_plugin_sdk::{Binding, Canvas, Error, Judgment, LegendEntry, Severity, TagValue};
+use busbar_plugin_sdk::{
+    Binding, Canvas, Error, Judgment, LegendEntry, Severity, TagValue, VerdictSeverity,
+};
 use dga::Sample;
 use dga::c57_104::Status;
 
@@ -149,7 +151,10 @@ impl Monitors {
             let of = monitor.judge(values, unix_nanos, &self.settings);
             let basis = canvas.basis(of.basis.iter().copied())?;
             let MonitorJudgment { verdict, reason, assumption, .. } = &of;
-            canvas.judge(place, basis, &Judgment { verdict: *verdict, reason, assumption })?;
+            let severity =
+                VerdictSeverity::from_bounds(of.least == Status::Three, of.most == Status::Three);
+            let judgment = Judgment { verdict: *verdict, severity, reason, assumption };
+            canvas.judge(place, basis, &judgment)?;
             let (Some(node), Some(binding)) = (monitor.node, of.line_binding) else { continue };
             let now = of.judged;
             let severity = match (now.state, of.least) {

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use busbar_plugin_sdk::units::UnitConversion;
 use busbar_plugin_sdk::{
     Binding, Canvas, Error, Judgment, Quality, Reason, Severity, TagValue, Value, ValueKind,
+    VerdictSeverity,
 };
 
 use crate::settings::{QuantitySettings, Settings};
@@ -227,7 +228,9 @@ impl Piece {
                 count => format!("{reason}, and {} more", count - 1),
             };
             let assumption = first.assumption().unwrap_or_default();
-            let judgment = Judgment::abnormal(&reason).assuming(&assumption);
+            let is_alarm = abnormal.iter().any(|(is_alarm, ..)| *is_alarm);
+            let severity = VerdictSeverity::from_bounds(is_alarm, unknown.is_some());
+            let judgment = Judgment::abnormal(&reason).of_severity(severity).assuming(&assumption);
             return canvas.judge(equipment, basis, &judgment);
         }
         if let Some((one, doubt)) = unknown {

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use busbar_plugin_sdk::units::UnitConversion;
 use busbar_plugin_sdk::{
-    Binding, Canvas, Error, Judgment, Quality, Reason, TagValue, Value, ValueKind,
+    Binding, Canvas, Error, Judgment, Quality, Reason, TagValue, Value, ValueKind, VerdictSeverity,
 };
 
 use crate::settings::Settings;
@@ -132,7 +132,9 @@ impl Piece {
             let basis = canvas.basis(abnormal().map(|level| level.binding))?;
             let reason = outside(&first.tag_id, value(first).unwrap_or_default(), settings);
             let assumption = assumption(first).unwrap_or_default();
-            let judgment = Judgment::abnormal(&reason).assuming(&assumption);
+            let judgment = Judgment::abnormal(&reason)
+                .of_severity(VerdictSeverity::Warning)
+                .assuming(&assumption);
             return canvas.judge(equipment, basis, &judgment);
         }
         let doubt = self.levels.iter().find_map(|level| Some((level, value(level).err()?)));

@@ -31,7 +31,7 @@ mod voltage_doubt;
 
 use busbar_plugin_sdk::{
     Basis, Binding, Canvas, Description, Error, Host, Judgment, Overlay, OverlayFrame, Plugin,
-    Quality, TagValue, Value, Verdict,
+    Quality, TagValue, Value, Verdict, VerdictSeverity,
 };
 
 pub use adjacency::{Adjacency, Arc};
@@ -155,7 +155,8 @@ impl Overlay for EnergisationOverlay {
             };
             let [reason, assumption] =
                 [judgment.reason, judgment.assumption].map(|text| judgments.text(text));
-            canvas.judge(piece, basis, &Judgment { verdict, reason, assumption })?;
+            let severity = VerdictSeverity::Alarm;
+            canvas.judge(piece, basis, &Judgment { verdict, severity, reason, assumption })?;
             let entry = settings.legend_entry(judgment.state, judgment.level);
             match (bindings.len(), any) {
                 (0, Some(any)) => canvas.state(any, piece, entry)?,

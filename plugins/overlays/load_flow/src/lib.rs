@@ -8,7 +8,7 @@ mod settings;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, Judgment, Overlay, OverlayFrame, Plugin, Severity,
-    TagValue, Verdict,
+    TagValue, Verdict, VerdictSeverity,
 };
 use ends::{End, PowerTag, digits};
 use flows::{Flow, FlowVerdict, Flows};
@@ -86,7 +86,8 @@ impl Overlay for LoadFlow {
                     _ => canvas.basis(of.basis.iter().copied())?,
                 };
                 let FlowVerdict { verdict, reason, assumption, .. } = of;
-                let judgment = Judgment { verdict: *verdict, reason, assumption };
+                let severity = VerdictSeverity::Warning;
+                let judgment = Judgment { verdict: *verdict, severity, reason, assumption };
                 canvas.judge(equipment, basis, &judgment)?;
             }
         }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, DoublePoint, Error, Judgment, Quality, Reason, Severity, TagValue, Value,
-    ValueKind,
+    ValueKind, VerdictSeverity,
 };
 
 use crate::format;
@@ -72,7 +72,15 @@ impl Piece {
             let count = 1 + abnormal.count();
             let basis = canvas.basis(self.judged.iter().copied().filter(is_abnormal))?;
             let reason = abnormal_reason(&bindings[first], values[first].value, count);
-            return canvas.judge(equipment, basis, &Judgment::abnormal(&reason));
+            let is_alarm = |index: &usize| severity(*index) == Severity::Alarm;
+            let is_doubted =
+                |index: &usize| bindings[*index].role == ALARM_ROLE && doubt(*index).is_some();
+            let severity = VerdictSeverity::from_bounds(
+                self.judged.iter().any(is_alarm),
+                self.judged.iter().any(is_doubted),
+            );
+            let judgment = Judgment::abnormal(&reason).of_severity(severity);
+            return canvas.judge(equipment, basis, &judgment);
         }
         let doubted = |list: &[usize]| list.iter().find_map(|index| Some((*index, doubt(*index)?)));
         let unknown = match self.judged.is_empty() {

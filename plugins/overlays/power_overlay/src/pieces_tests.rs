@@ -195,3 +195,20 @@ fn verdicts_are_never_silent() {
     }
     assert_eq!(seen.len(), 3, "each verdict is met: {seen:?}");
 }
+
+#[test]
+fn an_abnormal_verdict_is_a_warning_only_where_no_alarm_can_be() {
+    use busbar_plugin_sdk::VerdictSeverity::{Alarm, PerhapsAlarm, Warning};
+    let trip = || binding("T1.Trip", ALARM_ROLE, ValueKind::Bool, [None; 2]);
+    let bad = Quality::Bad(Reason::Communication);
+    for (tripped, quality, expected) in [
+        (false, Quality::Good, Warning),
+        (true, bad, PerhapsAlarm),
+        (false, bad, PerhapsAlarm),
+        (true, Quality::Good, Alarm),
+    ] {
+        let values = [good(96.0), tag(Value::Bool(tripped), quality)];
+        let found = verdict(vec![oil(), trip()], &values);
+        assert_eq!((found.verdict, found.severity), (Verdict::Abnormal, expected), "{found:?}");
+    }
+}

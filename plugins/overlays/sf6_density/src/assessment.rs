@@ -51,6 +51,8 @@ pub(crate) struct Assessment {
     /// Level that every value of the missing inputs has at least; `None` where some are
     /// filled and others are not.
     pub(crate) level: Option<Level>,
+    /// Reports whether some value of the missing inputs locks out.
+    pub(crate) may_lock_out: bool,
     /// Reports whether the gas condenses; `None` where that depends on missing inputs.
     pub(crate) condenses: Option<bool>,
     /// Reports whether all inputs are known, and the gas is dry.
@@ -111,6 +113,7 @@ pub(crate) fn assess(
     Ok(Assessment {
         at_20: high,
         level: (worst == best || best < Level::Filled).then_some(best),
+        may_lock_out: worst == Level::LockOut,
         condenses: match is_wet {
             true => is_known.then_some(true),
             false => Some(false),

@@ -218,6 +218,7 @@ fn show(
     Ok(SensorVerdict {
         equipment: compartment.equipment,
         verdict: outcome.verdict,
+        severity: outcome.severity,
         reason: outcome.reason.clone(),
         assumption: if outcome.contact.is_some() { String::new() } else { assumption },
         rests_on,

@@ -1,6 +1,6 @@
 //! Verdict on a compartment, from its density, its contact and its loss.
 
-use busbar_plugin_sdk::{Severity, Verdict};
+use busbar_plugin_sdk::{Severity, Verdict, VerdictSeverity};
 
 use crate::assessment::{Assessment, Level};
 use crate::readings::ContactState;
@@ -18,6 +18,8 @@ const MAX_TOLD_PERCENT: f64 = 100.0;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Outcome {
     pub(crate) verdict: Verdict,
+    /// Severity of an abnormal verdict.
+    pub(crate) severity: VerdictSeverity,
     pub(crate) reason: String,
     /// Entry of the legend, and severity, of an abnormal one.
     pub(crate) shown: Option<(usize, Severity)>,
@@ -28,12 +30,31 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
-    fn abnormal(shown: (usize, Severity), reason: String, text: String) -> Self {
-        Self { verdict: Verdict::Abnormal, reason, shown: Some(shown), text, contact: None }
+    /// Creates an abnormal outcome. `may_lock_out` where some value of what is missing locks out.
+    fn abnormal(
+        shown: (usize, Severity),
+        may_lock_out: bool,
+        reason: String,
+        text: String,
+    ) -> Self {
+        let severity = VerdictSeverity::from_bounds(shown.1 == Severity::Alarm, may_lock_out);
+        let verdict = Verdict::Abnormal;
+        Self { verdict, severity, reason, shown: Some(shown), text, contact: None }
     }
 
     fn unknown(reason: String) -> Self {
-        Self { verdict: Verdict::Unknown, reason, shown: None, text: String::new(), contact: None }
+        Self { verdict: Verdict::Unknown, reason, ..Self::normal() }
+    }
+
+    fn normal() -> Self {
+        Self {
+            verdict: Verdict::Normal,
+            severity: VerdictSeverity::default(),
+            reason: String::new(),
+            shown: None,
+            text: String::new(),
+            contact: None,
+        }
     }
 }
 
@@ -55,7 +76,9 @@ pub(crate) fn judge(
     let reports_alarm = |calculated: &str, text: &dyn Fn() -> String| {
         let ContactState::Alarm(binding) = contact else { return None };
         let reason = format!("the density contact reports an alarm; {calculated}");
-        let outcome = Outcome::abnormal((ALARM, Severity::Warning), reason, text());
+        let may_lock_out = assessment.as_ref().map_or(true, |of| of.may_lock_out);
+        let shown = (ALARM, Severity::Warning);
+        let outcome = Outcome::abnormal(shown, may_lock_out, reason, text());
         Some(Outcome { contact: Some(binding), ..outcome })
     };
     let assessment = match assessment {
@@ -91,7 +114,7 @@ pub(crate) fn judge(
         if contact == ContactState::Calm {
             reason += "; the density contact reports no alarm";
         }
-        return Outcome::abnormal((entry, severity), reason, text());
+        return Outcome::abnormal((entry, severity), assessment.may_lock_out, reason, text());
     }
     if matches!(contact, ContactState::Alarm(_) | ContactState::Missing) {
         let calculated = match assessment.level {
@@ -112,14 +135,13 @@ pub(crate) fn judge(
     }
     if condenses {
         let reason = format!("the gas condenses; its vapor is {}", pressure(assessment.at_20));
-        return Outcome::abnormal(attention, reason, text());
+        return Outcome::abnormal(attention, assessment.may_lock_out, reason, text());
     }
     if let Some(loss) = loss.filter(|loss| loss.is_daily && loss.certain > settings.leak_limit) {
         let reason = format!("more than {} %/a allowed{}", settings.leak_limit, told_loss(&loss));
-        return Outcome::abnormal(attention, reason, text());
+        return Outcome::abnormal(attention, assessment.may_lock_out, reason, text());
     }
-    let [reason, text] = [const { String::new() }; 2];
-    Outcome { verdict: Verdict::Normal, shown: None, text, reason, contact: None }
+    Outcome::normal()
 }
 
 /// Loss for people, with what was left out.

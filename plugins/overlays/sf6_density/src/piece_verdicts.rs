@@ -1,6 +1,6 @@
 //! One verdict for each piece of equipment, of all the sensors that it has.
 
-use busbar_plugin_sdk::{Canvas, Error, Judgment, Verdict};
+use busbar_plugin_sdk::{Canvas, Error, Judgment, Verdict, VerdictSeverity};
 
 /// Verdict by one sensor, or set of sensors, of a piece.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,6 +8,8 @@ pub(crate) struct SensorVerdict {
     /// Index of the equipment described.
     pub(crate) equipment: usize,
     pub(crate) verdict: Verdict,
+    /// Severity of an abnormal verdict.
+    pub(crate) severity: VerdictSeverity,
     pub(crate) reason: String,
     /// Default that it rests on; empty for none.
     pub(crate) assumption: String,
@@ -22,9 +24,9 @@ pub(crate) fn give_verdicts(
     canvas: &mut Canvas<'_>,
 ) -> Result<(), Error> {
     let urgency = |of: &&SensorVerdict| match of.verdict {
-        Verdict::Normal => 0,
-        Verdict::Unknown => 1,
-        Verdict::Abnormal => 2,
+        Verdict::Normal => (0, VerdictSeverity::default()),
+        Verdict::Unknown => (1, VerdictSeverity::default()),
+        Verdict::Abnormal => (2, of.severity),
     };
     for piece in verdicts.chunk_by(|a, b| a.equipment == b.equipment) {
         let Some(worst) = piece.iter().max_by_key(urgency) else { continue };
@@ -32,8 +34,15 @@ pub(crate) fn give_verdicts(
             Verdict::Normal => canvas.basis(piece.iter().flat_map(|of| of.rests_on.clone()))?,
             _ => canvas.basis(worst.rests_on.iter().copied())?,
         };
+        // A sensor of which nothing is known may be that of an alarm.
+        let is_doubted = piece.iter().any(|of| of.verdict == Verdict::Unknown);
+        let severity = match worst.severity {
+            VerdictSeverity::Warning if is_doubted => VerdictSeverity::PerhapsAlarm,
+            severity => severity,
+        };
         let judgment = Judgment {
             verdict: worst.verdict,
+            severity,
             reason: &worst.reason,
             assumption: &worst.assumption,
         };

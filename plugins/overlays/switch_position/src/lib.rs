@@ -8,7 +8,7 @@ mod travel;
 
 use busbar_plugin_sdk::{
     Binding, Canvas, Description, Error, Host, Judgment, Overlay, OverlayFrame, Plugin, TagValue,
-    Value, Verdict,
+    Value, Verdict, VerdictSeverity,
 };
 pub use settings::{Settings, SwitchSettings};
 use switches::{SwitchVerdict, Switches};
@@ -82,7 +82,8 @@ impl Overlay for SwitchPosition {
                     Verdict::Normal => canvas.basis(own.iter().filter_map(|of| of.binding))?,
                     _ => canvas.basis(*binding)?,
                 };
-                let judgment = Judgment { verdict: *verdict, reason, assumption };
+                let severity = VerdictSeverity::Alarm;
+                let judgment = Judgment { verdict: *verdict, severity, reason, assumption };
                 canvas.judge(equipment, basis, &judgment)?;
             }
         }

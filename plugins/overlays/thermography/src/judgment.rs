@@ -1,6 +1,6 @@
 //! Judgment on the contacts of a device: readings, bounds of the grade, and words.
 
-use busbar_plugin_sdk::{TagValue, Verdict};
+use busbar_plugin_sdk::{TagValue, Verdict, VerdictSeverity};
 
 use crate::bounds::{
     AMBIENT_RANGE, Ambient, CONTACT_RANGE, GradeBounds, LoadFactors, Surroundings, Temperature,
@@ -20,6 +20,8 @@ const MAX_NAMED: usize = 3;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ContactJudgment {
     pub(crate) verdict: Verdict,
+    /// Severity of an abnormal verdict.
+    pub(crate) severity: VerdictSeverity,
     /// Grade that it has at least, by its place in the legend.
     pub(crate) grade: Option<usize>,
     pub(crate) reason: String,
@@ -34,6 +36,7 @@ impl ContactJudgment {
     fn unknown(reason: String) -> Self {
         Self {
             verdict: Verdict::Unknown,
+            severity: VerdictSeverity::default(),
             grade: None,
             reason,
             text: String::new(),
@@ -158,8 +161,10 @@ impl DeviceView<'_> {
             return ContactJudgment::unknown(format!("{hot:.0} °C{known}; {doubts}"));
         }
         let (reason, text) = self.words(&surroundings, found, air, &doubts);
+        let worst = self.settings.rule.grades().len().checked_sub(1);
         ContactJudgment {
             verdict,
+            severity: VerdictSeverity::from_bounds(found.least == worst, found.greatest == worst),
             grade: found.least,
             reason: if verdict == Verdict::Abnormal { reason } else { String::new() },
             text,

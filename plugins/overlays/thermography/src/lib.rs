@@ -100,6 +100,7 @@ impl Overlay for Thermography {
             .map(|(contact, judgment)| SensorVerdict {
                 equipment: contact.equipment,
                 verdict: judgment.verdict,
+                severity: judgment.severity,
                 reason: &judgment.reason,
                 assumption: &judgment.assumption,
                 rests_on: &judgment.rests_on,

@@ -1,6 +1,6 @@
 //! Estimate of the temperatures from model and measurements, and the verdict on them.
 
-use busbar_plugin_sdk::{Severity, Verdict};
+use busbar_plugin_sdk::{Severity, Verdict, VerdictSeverity};
 
 use crate::inputs::Inputs;
 use crate::interval::Interval;
@@ -83,6 +83,8 @@ impl Estimate {
 /// Verdict with its reason, and the severities of the values.
 pub(crate) struct Assessment {
     pub(crate) verdict: Verdict,
+    /// Severity of an abnormal verdict.
+    pub(crate) severity: VerdictSeverity,
     pub(crate) reason: String,
     /// Severity of top oil, hot spot and load.
     pub(crate) severities: [Severity; 3],
@@ -101,7 +103,12 @@ impl Assessment {
         let values = [estimate.top_oil, estimate.hot_spot, point.load];
         let [top_oil_limit, hot_spot_limit] = temperature_limits;
         let limits = [top_oil_limit, hot_spot_limit, load_limit * (1.0 + ROUNDING)];
-        let severities = severities(settings, values, limits);
+        let next = next_limits(settings, limits);
+        let severities = severities(values, limits, next);
+        let may_be_alarm = values.iter().zip(next).any(|(value, next)| value.high > next)
+            || inputs.is_lower_bound() && !estimate.is_all_measured();
+        let severity =
+            VerdictSeverity::from_bounds(severities.contains(&Severity::Alarm), may_be_alarm);
         let named = ["top oil", "hot spot"].into_iter().zip(values).zip(limits);
         let mut abnormal: Vec<String> = named
             .filter(|((_, value), limit)| value.low > *limit)
@@ -116,7 +123,7 @@ impl Assessment {
         if let Some(words) = &estimate.above_model {
             abnormal.push(format!("{words}: check coolers, sensor and settings"));
         }
-        let judged = |verdict, reason| Self { verdict, reason, severities };
+        let judged = |verdict, reason| Self { verdict, severity, reason, severities };
         if !abnormal.is_empty() {
             return judged(Verdict::Abnormal, abnormal.join("; "));
         }
@@ -138,20 +145,22 @@ impl Assessment {
     }
 }
 
-/// Severity of each value that is surely above the limit in force, or above the next ones.
-fn severities(
-    settings: &TransformerSettings,
-    values: [Interval; 3],
-    limits: [f64; 3],
-) -> [Severity; 3] {
+/// Returns the limits above which a value is an alarm: the next ones to those in force, where they
+/// are higher.
+fn next_limits(settings: &TransformerSettings, limits: [f64; 3]) -> [f64; 3] {
     let next = match settings.loading {
         Loading::NormalCyclic => Loading::LongTimeEmergency,
         Loading::LongTimeEmergency | Loading::ShortTimeEmergency => Loading::ShortTimeEmergency,
     };
     let (load, [top_oil, hot_spot]) = settings.limits(next);
     let next = [top_oil, hot_spot, load * (1.0 + ROUNDING)];
+    std::array::from_fn(|of| limits[of].max(next[of]))
+}
+
+/// Severity of each value that is surely above the limit in force, or above the next one.
+fn severities(values: [Interval; 3], limits: [f64; 3], next: [f64; 3]) -> [Severity; 3] {
     std::array::from_fn(|of| match values[of].low {
-        low if low > limits[of].max(next[of]) => Severity::Alarm,
+        low if low > next[of] => Severity::Alarm,
         low if low > limits[of] => Severity::Warning,
         _ => Severity::Normal,
     })

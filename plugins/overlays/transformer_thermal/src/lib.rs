@@ -196,6 +196,7 @@ fn draw_transformer(
     let assumption = transformer.assumption(is_good || settings.plausible_load.is_some());
     let judgment = Judgment {
         verdict: assessment.verdict,
+        severity: assessment.severity,
         reason: &assessment.reason,
         assumption: &assumption,
     };

@@ -184,6 +184,14 @@
 // Flag of a verdict: it rests on a default of the plugin, which the reason names.
 #define BUSBAR_VERDICT_ASSUMED 1
 
+// Flag of an abnormal verdict: it is surely no alarm, so that it needs attention and no action
+// now. Without this flag and the next one an abnormal verdict is an alarm: it needs action now.
+#define BUSBAR_VERDICT_WARNING 2
+
+// Flag of an abnormal verdict: it needs attention, and the inputs do not decide whether it is an
+// alarm.
+#define BUSBAR_VERDICT_PERHAPS_ALARM 4
+
 // Lists of a plugin, at most.
 #define BUSBAR_MAX_RECORD_LISTS 16
 
@@ -760,7 +768,8 @@ typedef struct BusbarOverlayVerdict {
   uint32_t equipment;
   // Verdict, one of `BUSBAR_VERDICT_*`.
   uint32_t verdict;
-  // Flags: `BUSBAR_VERDICT_ASSUMED`, or 0.
+  // Flags: `BUSBAR_VERDICT_ASSUMED`, and one of `BUSBAR_VERDICT_WARNING` and
+  // `BUSBAR_VERDICT_PERHAPS_ALARM` of an abnormal verdict; or 0.
   uint32_t flags;
   // Reason, for people: offset into the text buffer, bytes.
   uint32_t reason_offset;

@@ -220,6 +220,12 @@ pub const BUSBAR_VERDICT_UNKNOWN: u32 = 3;
 
 /// Flag of a verdict: it rests on a default of the plugin, which the reason names.
 pub const BUSBAR_VERDICT_ASSUMED: u32 = 1;
+/// Flag of an abnormal verdict: it is surely no alarm, so that it needs attention and no action
+/// now. Without this flag and the next one an abnormal verdict is an alarm: it needs action now.
+pub const BUSBAR_VERDICT_WARNING: u32 = 2;
+/// Flag of an abnormal verdict: it needs attention, and the inputs do not decide whether it is an
+/// alarm.
+pub const BUSBAR_VERDICT_PERHAPS_ALARM: u32 = 4;
 
 /// The judgment of an overlay on one piece of equipment. Array element. Every piece that
 /// was described has one in every frame; the host takes a piece without one as unknown, and
@@ -231,7 +237,8 @@ pub struct BusbarOverlayVerdict {
     pub equipment: u32,
     /// Verdict, one of `BUSBAR_VERDICT_*`.
     pub verdict: u32,
-    /// Flags: `BUSBAR_VERDICT_ASSUMED`, or 0.
+    /// Flags: `BUSBAR_VERDICT_ASSUMED`, and one of `BUSBAR_VERDICT_WARNING` and
+    /// `BUSBAR_VERDICT_PERHAPS_ALARM` of an abnormal verdict; or 0.
     pub flags: u32,
     /// Reason, for people: offset into the text buffer, bytes.
     pub reason_offset: u32,

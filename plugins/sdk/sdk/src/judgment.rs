@@ -13,11 +13,44 @@ pub enum Verdict {
     Unknown = abi::BUSBAR_VERDICT_UNKNOWN as isize,
 }
 
+/// Severity of an abnormal verdict, as far as the inputs decide on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum VerdictSeverity {
+    /// Attention is needed, and surely no action now.
+    Warning,
+    /// Attention is needed; the inputs do not decide whether action is.
+    PerhapsAlarm,
+    /// Action is needed now.
+    #[default]
+    Alarm,
+}
+
+impl VerdictSeverity {
+    /// Returns the severity of what is surely an alarm, or is surely none, or neither.
+    pub fn from_bounds(is_alarm: bool, may_be_alarm: bool) -> Self {
+        match (is_alarm, may_be_alarm) {
+            (true, _) => Self::Alarm,
+            (false, true) => Self::PerhapsAlarm,
+            (false, false) => Self::Warning,
+        }
+    }
+
+    pub(crate) fn flag(self) -> u32 {
+        match self {
+            Self::Warning => abi::BUSBAR_VERDICT_WARNING,
+            Self::PerhapsAlarm => abi::BUSBAR_VERDICT_PERHAPS_ALARM,
+            Self::Alarm => 0,
+        }
+    }
+}
+
 /// Verdict with its reason, and the defaults that it rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Judgment<'a> {
     /// Verdict on the equipment.
     pub verdict: Verdict,
+    /// Severity of an abnormal verdict; says nothing of any other.
+    pub severity: VerdictSeverity,
     /// Reason, for people; not empty for an unknown verdict.
     pub reason: &'a str,
     /// Default of the plugin that the verdict rests on; empty for none.
@@ -26,17 +59,26 @@ pub struct Judgment<'a> {
 
 impl<'a> Judgment<'a> {
     /// Equipment within its limits.
-    pub const NORMAL: Judgment<'static> =
-        Judgment { verdict: Verdict::Normal, reason: "", assumption: "" };
+    pub const NORMAL: Judgment<'static> = Judgment::new(Verdict::Normal, "");
 
-    /// Creates the judgment on equipment outside its limits, for a reason.
+    const fn new(verdict: Verdict, reason: &str) -> Judgment<'_> {
+        Judgment { verdict, severity: VerdictSeverity::Alarm, reason, assumption: "" }
+    }
+
+    /// Creates the judgment on equipment outside its limits, for a reason: an alarm, unless
+    /// [`Judgment::of_severity`] says otherwise.
     pub fn abnormal(reason: &'a str) -> Self {
-        Self { verdict: Verdict::Abnormal, reason, assumption: "" }
+        Self::new(Verdict::Abnormal, reason)
     }
 
     /// Creates the judgment on equipment that cannot be judged, for a reason.
     pub fn unknown(reason: &'a str) -> Self {
-        Self { verdict: Verdict::Unknown, reason, assumption: "" }
+        Self::new(Verdict::Unknown, reason)
+    }
+
+    /// Returns the judgment with the severity that it has where it is abnormal.
+    pub fn of_severity(self, severity: VerdictSeverity) -> Self {
+        Self { severity, ..self }
     }
 
     /// Returns the judgment with a default of the plugin that it rests on; empty for none.
@@ -55,4 +97,25 @@ pub struct Basis {
 impl Basis {
     /// No binding: a verdict that rests on settings alone.
     pub const NONE: Self = Self { offset: 0, count: 0 };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_severity_is_no_more_certain_than_its_bounds() {
+        for (bounds, expected, flag) in [
+            ((true, true), VerdictSeverity::Alarm, 0),
+            ((false, true), VerdictSeverity::PerhapsAlarm, abi::BUSBAR_VERDICT_PERHAPS_ALARM),
+            ((false, false), VerdictSeverity::Warning, abi::BUSBAR_VERDICT_WARNING),
+        ] {
+            let severity = VerdictSeverity::from_bounds(bounds.0, bounds.1);
+            assert_eq!((severity, severity.flag()), (expected, flag), "{bounds:?}");
+        }
+        let judgment = Judgment::abnormal("hot");
+        assert_eq!(judgment.severity, VerdictSeverity::Alarm, "unless it says otherwise");
+        let warning = judgment.of_severity(VerdictSeverity::Warning);
+        assert_eq!((warning.verdict, warning.reason), (judgment.verdict, "hot"));
+    }
 }

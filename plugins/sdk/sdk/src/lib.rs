@@ -88,7 +88,7 @@ pub use command::{Command, CommandExit, CommandInfo, MAX_CHUNK, Streams};
 pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use huge_pages::on_huge_pages;
-pub use judgment::{Basis, Judgment, Verdict};
+pub use judgment::{Basis, Judgment, Verdict, VerdictSeverity};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
 pub use notify::{
     AlarmChange, AlarmNotification, AlarmOrigin, AlarmPriority, AlarmState, MAX_NOTIFY_CHANGES,

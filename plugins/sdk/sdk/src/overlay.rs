@@ -5,7 +5,7 @@ use std::time::Duration;
 use busbar_plugin_abi as abi;
 
 use crate::boundary::{checked_mut, checked_ref, copy_out};
-use crate::judgment::{Basis, Judgment};
+use crate::judgment::{Basis, Judgment, Verdict};
 use crate::overlay_description::Description;
 use crate::{Error, Plugin, Quality, Value, ValueKind};
 
@@ -238,7 +238,7 @@ impl Canvas<'_> {
         basis: Basis,
         judgment: &Judgment<'_>,
     ) -> Result<(), Error> {
-        let Judgment { verdict, reason, assumption } = *judgment;
+        let Judgment { verdict, severity, reason, assumption } = *judgment;
         let (reason_offset, reason_len) = match (reason, assumption) {
             (reason, "") => self.text(reason)?,
             ("", assumption) => self.text(&format!("assumed: {assumption}"))?,
@@ -248,10 +248,12 @@ impl Canvas<'_> {
             let room = self.output.verdict_capacity;
             return Err(Error::buffer(format!("more than {room} verdicts")));
         }
+        let assumed = if assumption.is_empty() { 0 } else { abi::BUSBAR_VERDICT_ASSUMED };
+        let severity = if verdict == Verdict::Abnormal { severity.flag() } else { 0 };
         let verdict = abi::BusbarOverlayVerdict {
             equipment: equipment as u32,
             verdict: verdict as u32,
-            flags: if assumption.is_empty() { 0 } else { abi::BUSBAR_VERDICT_ASSUMED },
+            flags: assumed | severity,
             reason_offset,
             reason_len,
             basis_offset: basis.offset,

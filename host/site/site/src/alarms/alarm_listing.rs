@@ -23,7 +23,7 @@ pub struct AlarmListing {
     most_urgent: Option<AlarmHandle>,
     equipment: Vec<(EquipmentNumber, EquipmentAlarms)>,
     tints: Vec<OverlayTint>,
-    external_tints: Vec<ExternalAlarmTint>,
+    judged_tints: Vec<JudgedAlarmTint>,
     external_counts: [[usize; 2]; 4],
     in_alarm: EquipmentInAlarm,
 }
@@ -52,14 +52,14 @@ pub struct EquipmentAlarms {
     pub origin: Origin,
 }
 
-/// Colour on equipment in alarm where another system decides.
+/// Colour on equipment in alarm where an overlay or another system decides, and not a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ExternalAlarmTint {
+pub struct JudgedAlarmTint {
     /// Equipment that is tinted.
     pub equipment: EquipmentNumber,
     /// Severity that decides on the colour.
     pub severity: Severity,
-    /// True if the source's report is current and good.
+    /// True if the verdict is known, or the source's report current and good.
     pub is_certain: bool,
 }
 
@@ -121,9 +121,9 @@ impl AlarmListing {
         &self.tints
     }
 
-    /// Returns the colours on equipment with an active alarm of another system.
-    pub fn external_tints(&self) -> &[ExternalAlarmTint] {
-        &self.external_tints
+    /// Returns the colours on equipment with an active alarm of an overlay or another system.
+    pub fn judged_tints(&self) -> &[JudgedAlarmTint] {
+        &self.judged_tints
     }
 
     /// Returns the unacknowledged and annunciated alarms of external systems, by priority.
@@ -175,6 +175,7 @@ impl AlarmListing {
         collector: &mut AlarmCollector,
     ) {
         self.tints.clear();
+        self.judged_tints.clear();
         for alarm in table.open() {
             let (Some(status), Some(spec)) = (table.status(alarm), table.set().spec(alarm)) else {
                 continue;
@@ -187,11 +188,17 @@ impl AlarmListing {
             let is_unacknowledged = status.state.is_unacknowledged();
             let ranked = (spec.priority, Reverse(status.occurred), alarm, is_unacknowledged);
             collector.add(ranked, equipment, status.is_certain, status.origin);
-            if let (Some(equipment), true, AlarmSource::Tag { trigger, .. }) =
-                (equipment, status.standing.is_active, &spec.source)
-            {
-                let severity = severity(spec.priority);
-                self.tints.push(OverlayTint { node: equipment.0, tag: trigger.tag, severity });
+            let Some(equipment) = equipment.filter(|_| status.standing.is_active) else { continue };
+            let severity = severity(spec.priority);
+            match &spec.source {
+                AlarmSource::Tag { trigger, .. } => {
+                    self.tints.push(OverlayTint { node: equipment.0, tag: trigger.tag, severity });
+                }
+                AlarmSource::Verdict { .. } => {
+                    let is_certain = status.is_certain;
+                    self.judged_tints.push(JudgedAlarmTint { equipment, severity, is_certain });
+                }
+                AlarmSource::Mirrored => {}
             }
         }
     }
@@ -199,7 +206,6 @@ impl AlarmListing {
     /// Lists the alarms of external sources. Cleared alarms that a source still reports are listed,
     /// too.
     fn list_external(&mut self, sources: &ExternalSources, collector: &mut AlarmCollector) {
-        self.external_tints.clear();
         self.external_counts = Default::default();
         for (source, external) in sources.iter() {
             let standing = external.alarm.standing();
@@ -217,7 +223,7 @@ impl AlarmListing {
             collector.add(ranked, external.equipment, is_certain, Origin::LIVE);
             if let Some(equipment) = external.equipment.filter(|_| standing.is_active) {
                 let severity = severity(priority);
-                self.external_tints.push(ExternalAlarmTint { equipment, severity, is_certain });
+                self.judged_tints.push(JudgedAlarmTint { equipment, severity, is_certain });
             }
         }
     }

@@ -2,14 +2,31 @@
 
 use std::collections::HashMap;
 
-use busbar_alarms::{Action, AlarmFlags, AlarmHandle, AlarmSource, State};
-use busbar_tags::SourceTime;
+use busbar_alarms::{Action, AlarmFlags, AlarmHandle, AlarmStatus, State};
+use busbar_tags::{Origin, SourceTime, TagSet};
 
 use super::AlarmService;
 
 /// Largest number of requests for the host program; beyond it the oldest is dropped, and the
 /// operator must press again.
 const MAX_HOST_REQUESTS: usize = 256;
+
+/// Alarm whose standing or origin has changed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChangedAlarm {
+    /// Id of the alarm.
+    pub alarm: String,
+    /// Present state, by the letters of IEC 62682.
+    pub state: State,
+    /// Present standing, from which a later viewer restores the alarm.
+    pub standing: AlarmFlags,
+    /// Time of the last change of state.
+    pub since: SourceTime,
+    /// Origins of the value or verdict by which it came or went last.
+    pub origin: Origin,
+    /// Reason of that verdict, with what is assumed; empty of an alarm on a tag.
+    pub reason: String,
+}
 
 impl AlarmService {
     /// Routes operator requests on external alarms to the host program from now on.
@@ -19,10 +36,7 @@ impl AlarmService {
 
     pub(super) fn is_mirrored(&self, alarm: AlarmHandle) -> bool {
         let spec = self.table.set().spec(alarm);
-        spec.map_or_else(
-            || self.sources.get(alarm).is_some(),
-            |spec| spec.source == AlarmSource::Mirrored,
-        )
+        spec.map_or_else(|| self.sources.get(alarm).is_some(), |spec| spec.source.is_mirrored())
     }
 
     pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: Action) {
@@ -53,12 +67,11 @@ impl AlarmService {
         done.map_err(|error| format!("alarm '{id}': {error}"))
     }
 
-    /// Returns the alarms whose standing differs from `known`, and updates `known`. Each comes with
-    /// its state, its standing, and the time of its last change.
+    /// Returns the alarms that differ from `known` in standing or origin, and updates `known`.
     pub fn changed_since(
         &self,
-        known: &mut HashMap<AlarmHandle, AlarmFlags>,
-    ) -> Vec<(String, State, AlarmFlags, SourceTime)> {
+        known: &mut HashMap<AlarmHandle, (AlarmFlags, Origin)>,
+    ) -> Vec<ChangedAlarm> {
         let mut changed = Vec::new();
         let closed = known.keys().copied().filter(|&alarm| {
             self.table.status(alarm).is_none_or(|status| status.state == State::Normal)
@@ -66,23 +79,47 @@ impl AlarmService {
         let closed: Vec<_> = closed.collect();
         for alarm in self.table.open().chain(closed) {
             let Some(status) = self.table.status(alarm) else { continue };
-            let before = match status.state {
+            let AlarmStatus { state, standing, origin, .. } = status;
+            let before = match state {
                 State::Normal => known.remove(&alarm),
-                _ => known.insert(alarm, status.standing),
+                _ => known.insert(alarm, (standing, origin)),
             };
             let Some(spec) = self.table.set().spec(alarm) else { continue };
-            if before != Some(status.standing) {
-                let since = status.since.unwrap_or(self.wall_clock);
-                changed.push((spec.id.clone(), status.state, status.standing, since));
+            if before != Some((standing, origin)) {
+                changed.push(ChangedAlarm {
+                    alarm: spec.id.clone(),
+                    state,
+                    standing,
+                    since: status.since.unwrap_or(self.wall_clock),
+                    origin,
+                    reason: self.reason_of(alarm),
+                });
             }
         }
         changed
     }
 
+    /// Returns the reason of the verdict by which an alarm came or went last, with what is assumed;
+    /// empty of an alarm on a tag.
+    pub fn reason_of(&self, alarm: AlarmHandle) -> String {
+        let mut reason = self.table.reason(alarm).unwrap_or_default().to_owned();
+        let is_assumed = self.table.status(alarm).is_some_and(|status| status.is_assumed);
+        if is_assumed && !reason.contains("assumed") {
+            reason += if reason.is_empty() { "assumed" } else { "; assumed" };
+        }
+        reason
+    }
+
     /// Restores the standings of a previous process before the first step, unless an audit log
     /// exists.
-    pub(crate) fn restore(&mut self, standings: &[(String, AlarmFlags, SourceTime)]) {
+    pub(crate) fn restore(
+        &mut self,
+        standings: &[(String, AlarmFlags, SourceTime)],
+        tags: &TagSet,
+    ) {
         if self.log.is_none() {
+            let ids = standings.iter().map(|(id, ..)| id.as_str());
+            self.verdicts.add_known(ids, &mut self.table, tags);
             let standings =
                 standings.iter().map(|(id, standing, at)| (id.as_str(), *standing, *at));
             self.table.restore(standings, 0, self.wall_clock);

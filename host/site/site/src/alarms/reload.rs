@@ -1,10 +1,12 @@
 //! Alarm service across a configuration reload.
 
+use std::collections::BTreeMap;
+
 use busbar_alarms::{AlarmHandle, AlarmTable};
 use busbar_plugin_host::wall_clock;
 use busbar_tags::Moment;
 
-use super::{AlarmService, PendingAction, longest_shelf};
+use super::{AlarmService, PendingAction, VerdictAlarms, longest_shelf, verdict_alarms};
 use crate::definition::SiteDefinition;
 use crate::equipment::EquipmentDirectory;
 
@@ -33,14 +35,34 @@ impl AlarmService {
             next.start_notifications(after);
             next.notifications.inherit(std::mem::take(&mut self.notifications));
         }
-        let is_same = |id: &str| {
-            let origin = |site: &SiteDefinition| Some(site.config.alarms.get(id)?.origin.clone());
-            origin(before) == origin(after)
-        };
         let old = self.table.set().clone();
         let longest = longest_shelf(&after.config.alarm_handling);
         next.table = AlarmTable::new(after.alarms.clone(), longest, Moment::now());
+        next.verdicts = verdict_alarms(after, &next.table);
+        (next.equipment, next.of_templates) = (after.alarm_equipment.to_vec(), BTreeMap::new());
+        // An alarm goes with its equipment; any other one waits for the next verdict.
+        let is_gone = |alarm: AlarmHandle| {
+            let id = old.spec(alarm).and_then(|spec| spec.equipment.as_deref());
+            let was_there = self.equipment.get(alarm.0 as usize).is_some_and(Option::is_some);
+            was_there && id.is_none_or(|id| directory.find(id).is_none())
+        };
+        let has_past = |alarm: &AlarmHandle| {
+            let occurrences = self.table.status(*alarm).map_or(0, |status| status.occurrences);
+            occurrences > 0 || self.table.is_open(*alarm)
+        };
+        let kept = old.handles().filter(has_past).filter(|alarm| !is_gone(*alarm));
+        let ids = kept.filter_map(|alarm| Some(old.spec(alarm)?.id.as_str()));
+        next.verdicts.add_known(ids, &mut next.table, &after.tags);
+        let is_same = |id: &str| {
+            let origin = |site: &SiteDefinition, verdicts: &VerdictAlarms| {
+                let template = verdicts.template_of(id).map(|(template, _)| &template.spec().id);
+                let own = || site.config.alarms.get(template.map_or(id, String::as_str));
+                Some(own()?.origin.clone())
+            };
+            origin(before, &self.verdicts) == origin(after, &next.verdicts)
+        };
         next.table.inherit(self.table, is_same);
+        next.place_new(directory);
         next.sources.inherit(self.sources, directory);
         let now_of = |alarm: AlarmHandle| match old.spec(alarm) {
             Some(spec) => next.table.set().find(&spec.id),

@@ -13,7 +13,7 @@ use super::external_text::{long_uncertainty, short_uncertainty, statuses};
 use super::{AlarmPresentation, text};
 use crate::panel_rows::value_text;
 use busbar_scene_loader::LoadedScene;
-use busbar_scene_overlays::node_of;
+use busbar_scene_overlays::{node_of, number_of};
 
 /// Alarms as rows, made one by one as they are looked at. Without alarms there are none.
 #[derive(Clone, Copy)]
@@ -40,7 +40,7 @@ impl AlarmListRows<'_> {
         let (spec, status) =
             (alarm_service.table().set().spec(alarm)?, alarm_service.table().status(alarm)?);
         let (state, is_saving) = alarm_service.shown_state(alarm, status.state);
-        let (value, uncertainty) = self.value_of(spec, &status);
+        let (value, uncertainty) = self.value_of(alarm_service, alarm, (spec, &status));
         let wall_clock = alarm_service.wall_clock();
         Some(AlarmRow {
             number: alarm.0,
@@ -104,10 +104,17 @@ impl AlarmListRows<'_> {
         if is_simulated { Origin::SIMULATED } else { Origin::LIVE }
     }
 
-    /// The value of an alarm's tag as it is, and why nothing is known of it.
-    fn value_of(&self, spec: &AlarmSpec, status: &AlarmStatus) -> (String, Option<String>) {
-        let AlarmSource::Tag { trigger, .. } = &spec.source else {
-            return (String::new(), None);
+    /// The value of an alarm's tag or the reason of its verdict, and why nothing is known of it.
+    fn value_of(
+        &self,
+        alarm_service: &AlarmService,
+        alarm: AlarmHandle,
+        (spec, status): (&AlarmSpec, &AlarmStatus),
+    ) -> (String, Option<String>) {
+        let trigger = match &spec.source {
+            AlarmSource::Tag { trigger, .. } => trigger,
+            AlarmSource::Verdict { .. } => return verdict_texts(alarm_service, alarm, status),
+            AlarmSource::Mirrored => return (String::new(), None),
         };
         let tags: &TagSet = &self.scene.tags;
         let (Some(tag), Some(state)) = (tags.spec(trigger.tag), self.snapshot.state(trigger.tag))
@@ -142,10 +149,13 @@ impl AlarmListRows<'_> {
         let Some(alarm_service) = self.alarm_service else { return (Vec::new(), 0) };
         let state = |alarm| alarm_service.table().status(alarm).map(|status| status.state);
         let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != State::Normal);
-        let open = alarms.iter().filter(is_open);
+        let of_templates =
+            nodes.iter().flat_map(|node| alarm_service.of_templates_at(number_of(*node)));
+        let all = || alarms.iter().chain(of_templates.clone());
+        let open = all().filter(is_open);
         let mut rows: Vec<AlarmRow> =
             open.filter_map(|alarm| self.row_of(alarm_service, *alarm)).collect();
-        let calm = alarms.len() - rows.len();
+        let calm = all().count() - rows.len();
         let is_here = |external: &ExternalAlarm| {
             external.equipment.is_some_and(|equipment| nodes.contains(&node_of(equipment)))
         };
@@ -201,7 +211,7 @@ impl AlarmListRows<'_> {
         }
         let (spec, status) =
             (alarm_service.table().set().spec(alarm)?, alarm_service.table().status(alarm)?);
-        let is_mirrored = spec.source == AlarmSource::Mirrored;
+        let is_mirrored = spec.source.is_mirrored();
         Some(AlarmDetail {
             row: self.row_of(alarm_service, alarm)?,
             condition: text::condition(&spec.source, &self.scene.tags),
@@ -242,6 +252,16 @@ impl AlarmRows for AlarmListRows<'_> {
         let next = *after.iter().chain(before).find(waits)?;
         Some((next.0, self.equipment(alarm_service, next)))
     }
+}
+
+/// Reason of the verdict by which an alarm came, and why the verdict is unknown now.
+fn verdict_texts(
+    alarm_service: &AlarmService,
+    alarm: AlarmHandle,
+    status: &AlarmStatus,
+) -> (String, Option<String>) {
+    let uncertainty = alarm_service.table().uncertainty(alarm).unwrap_or("not judged yet");
+    (alarm_service.reason_of(alarm), (!status.is_certain).then(|| uncertainty.to_owned()))
 }
 
 fn priority(priority: Priority) -> AlarmPriority {

@@ -1,5 +1,7 @@
 //! Alarms as the statistics tell them.
 
+use busbar_alarms::AlarmSource;
+
 use super::AlarmListRows;
 use super::external_text::short_uncertainty;
 use crate::stats::AlarmStats;
@@ -19,7 +21,13 @@ impl AlarmListRows<'_> {
                 occurrences: status.occurrences,
                 origin: (status.origin | self.origin_of(spec)).names().collect(),
                 source: None,
-                uncertainty: None,
+                overlay: match &spec.source {
+                    AlarmSource::Verdict { trigger, .. } => Some(trigger.overlay.clone()),
+                    AlarmSource::Tag { .. } | AlarmSource::Mirrored => None,
+                },
+                assumed: status.is_assumed,
+                reason: table.reason(alarm).map(str::to_owned),
+                uncertainty: table.uncertainty(alarm).map(str::to_owned),
             })
         });
         let external = alarm_service.sources().iter().map(|(source, external)| AlarmStats {
@@ -30,6 +38,9 @@ impl AlarmListRows<'_> {
             occurrences: 0,
             origin: self.declared_origin(source).names().collect(),
             source: Some(source.name().to_owned()),
+            overlay: None,
+            assumed: false,
+            reason: None,
             uncertainty: short_uncertainty(source, &external.alarm),
         });
         own.chain(external).collect()

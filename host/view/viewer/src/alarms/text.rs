@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use busbar_alarms::{AlarmRecord, AlarmSource, Condition, TagCondition};
+use busbar_alarms::{AlarmRecord, AlarmSource, Condition, TagCondition, VerdictCondition};
+use busbar_overlay_picture::Severity;
 use busbar_tags::{SourceTime, TagSet};
 
 use crate::panel_rows::value_text;
@@ -37,19 +38,28 @@ fn month_and_day(days: i64) -> (i64, i64) {
 
 /// Describes an alarm's condition: `above 95 °C (back at 93 °C), for 5 s`.
 pub(super) fn condition(source: &AlarmSource, tags: &TagSet) -> String {
-    let AlarmSource::Tag { trigger, on_delay, off_delay, suppressed_by } = source else {
-        return String::new();
+    let mut words = match source {
+        AlarmSource::Tag { trigger, .. } => watch_text(trigger, tags),
+        AlarmSource::Verdict { trigger, .. } => verdict_text(trigger),
+        AlarmSource::Mirrored => return String::new(),
     };
-    let mut words = watch_text(trigger, tags);
-    for (delay, what) in [(on_delay, "for"), (off_delay, "over after")] {
-        if *delay > Duration::ZERO {
+    for (delay, what) in source.delays().into_iter().zip(["for", "over after"]) {
+        if delay > Duration::ZERO {
             words += &format!(", {what} {} s", delay.as_secs_f64());
         }
     }
-    if let Some(by) = suppressed_by {
+    if let Some(by) = source.suppressed_by() {
         words += &format!("; not while {}", watch_text(by, tags));
     }
     words
+}
+
+fn verdict_text(VerdictCondition { overlay, equipment, severity }: &VerdictCondition) -> String {
+    let judged = match severity {
+        Severity::Alarm => "an alarm",
+        Severity::Normal | Severity::Warning => "abnormal",
+    };
+    format!("'{overlay}' judges {equipment} to be {judged}")
 }
 
 fn watch_text(TagCondition { tag, condition }: &TagCondition, tags: &TagSet) -> String {
@@ -84,6 +94,12 @@ pub(super) fn record(record: &AlarmRecord, now: SourceTime) -> String {
     }
     if let Some(value) = record.value {
         words += &format!(" at {}", value_text(value));
+    }
+    if let Some(reason) = &record.reason {
+        words += &format!(": {reason}");
+    }
+    if record.is_assumed && !record.reason.as_ref().is_some_and(|of| of.contains("assumed")) {
+        words += ", assumed";
     }
     if !record.origin.is_live() {
         words += &format!(" ({})", record.origin);

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use busbar_alarms::{AlarmFlags, AlarmHandle, State};
 use busbar_chart::Action;
 use busbar_scene::NodeIndex;
-use busbar_site::{HostTagValue, PluginHealth};
-use busbar_tags::{SourceTime, TagHandle};
+use busbar_site::{ChangedAlarm, HostTagValue, PluginHealth};
+use busbar_tags::{Origin, SourceTime, TagHandle};
 use busbar_ui::{AlarmAction, ChartCommand, Command};
 
 use super::Viewer;
@@ -21,19 +21,6 @@ pub struct CameraPose {
     pub target: [f32; 3],
     /// True for an orthographic projection.
     pub is_orthographic: bool,
-}
-
-/// Alarm whose standing changed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ChangedAlarm {
-    /// Id of the alarm in the configuration.
-    pub alarm: String,
-    /// Present state, by the letters of IEC 62682.
-    pub state: State,
-    /// Present standing, from which a later viewer restores the alarm.
-    pub standing: AlarmFlags,
-    /// Time of the last change.
-    pub since: SourceTime,
 }
 
 impl Viewer {
@@ -137,16 +124,13 @@ impl Viewer {
         self.site.act_on_alarm_by_id(id, action, operator)
     }
 
-    /// Returns the alarms whose standing differs from `known`, and updates `known`.
+    /// Returns the alarms that differ from `known` in standing or origin, and updates `known`.
     pub fn alarms_changed_since(
         &self,
-        known: &mut HashMap<AlarmHandle, AlarmFlags>,
+        known: &mut HashMap<AlarmHandle, (AlarmFlags, Origin)>,
     ) -> Vec<ChangedAlarm> {
         let changed = self.site.alarms().map(|alarms| alarms.changed_since(known));
-        let changed = changed.unwrap_or_default().into_iter();
-        let alarm =
-            |(alarm, state, standing, since)| ChangedAlarm { alarm, state, standing, since };
-        changed.map(alarm).collect()
+        changed.unwrap_or_default()
     }
 
     /// Takes the operator's requests on external alarms since the last call, by alarm id.

@@ -49,8 +49,9 @@ impl Viewer {
         if let Some(chart) = chart {
             self.overlays.replace_chart(chart);
         }
+        let alarms = self.site.alarms().map(|alarms| Arc::clone(alarms.table().set()));
         let replaced = self.site.apply_reload(site, &remap, &SceneDirectory::new(&self.scene));
-        self.alarms.reload(&before.alarms.set, &self.scene, &self.site);
+        self.alarms.reload(&alarms.unwrap_or_default(), &self.scene, &self.site);
         let is_kept = |name: &str| kept.contains(name);
         self.overlays.layers.reload(&self.site, &self.scene.graph, &is_kept);
         self.carry_view(&before);

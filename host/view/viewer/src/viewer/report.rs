@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
+use busbar_overlay_picture::VerdictSeverity;
 use busbar_scene::NodeIndex;
 use busbar_site::OverlayVerdicts;
 use busbar_tags::{EventLog, Snapshot};
@@ -122,6 +123,7 @@ impl Viewer {
                     overlay: overlay.name.to_owned(),
                     equipment: id.clone(),
                     verdict: of.verdict.name(),
+                    severity: of.severity.map(VerdictSeverity::name),
                     assumed: of.is_assumed,
                     reason: of.reason.into_owned(),
                     was_abnormal: of.was_abnormal,

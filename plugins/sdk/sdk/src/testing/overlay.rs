@@ -5,7 +5,7 @@ use std::ops::Range;
 use busbar_plugin_abi as abi;
 
 use crate::overlay::run;
-use crate::{Binding, Error, Overlay, Severity, TagValue, Value, Verdict};
+use crate::{Binding, Error, Overlay, Severity, TagValue, Value, Verdict, VerdictSeverity};
 
 /// Capacity of each output buffer, elements.
 const CAPACITY: usize = 1 << 16;
@@ -39,6 +39,8 @@ pub struct DrawnVerdict {
     pub equipment: usize,
     /// Verdict on the equipment.
     pub verdict: Verdict,
+    /// Severity of an abnormal verdict; says nothing of any other.
+    pub severity: VerdictSeverity,
     /// Reason, with what is assumed.
     pub reason: String,
     /// Reports whether it rests on a default of the plugin.
@@ -168,6 +170,10 @@ fn read_verdict(raw: &abi::BusbarOverlayVerdict, text: &[u8], basis: &[u32]) -> 
         },
         reason: String::from_utf8_lossy(&text[range(raw.reason_offset, raw.reason_len)])
             .into_owned(),
+        severity: VerdictSeverity::from_bounds(
+            raw.flags & (abi::BUSBAR_VERDICT_WARNING | abi::BUSBAR_VERDICT_PERHAPS_ALARM) == 0,
+            raw.flags & abi::BUSBAR_VERDICT_WARNING == 0,
+        ),
         is_assumed: raw.flags & abi::BUSBAR_VERDICT_ASSUMED != 0,
         basis: basis[range(raw.basis_offset, raw.basis_count)]
             .iter()

@@ -58,7 +58,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_ui",
         ],
     ),
-    ("busbar_alarms", &["busbar_tags"]),
+    ("busbar_alarms", &["busbar_overlay_picture", "busbar_tags"]),
     ("busbar_audit_log", &["busbar_alarms", "busbar_tags"]),
     (
         "busbar_camera",
@@ -160,6 +160,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_geometry",
             "busbar_gltf_import",
             "busbar_lod",
+            "busbar_overlay_picture",
             "busbar_plugin_host",
             "busbar_plugin_process",
             "busbar_scene",
