@@ -176,7 +176,7 @@ impl AlarmView<'_> {
         let (spec, status) = (self.table.set().spec(alarm)?, self.table.status(alarm)?);
         let unit = match &spec.source {
             AlarmSource::Tag { trigger, .. } => self.tags.spec(trigger.tag).map(|tag| &*tag.unit),
-            AlarmSource::Mirrored => None,
+            AlarmSource::Verdict { .. } | AlarmSource::Mirrored => None,
         };
         let since = status.since.unwrap_or(self.wall_clock);
         Some(AlarmNotification {
