@@ -6,10 +6,10 @@ use std::ffi::c_char;
 
 use busbar_client::OutboxFull;
 use busbar_protocol::message::{
-    AlarmAction, CameraPose, Command, MAX_TAGS_A_MESSAGE, PointerEvent, TagQuality, TagUpdate,
-    TagValue,
+    AlarmRequest, CameraPose, Command, MAX_TAGS_A_MESSAGE, PointerEvent, TagUpdate,
 };
 use busbar_protocol::pictures::now;
+use busbar_types::{AlarmState, DoublePoint, QualityLevel, Value};
 
 use crate::abi::*;
 use crate::calls::{absolute, with};
@@ -165,22 +165,26 @@ unsafe fn update(tag: &BusbarViewTag, sent_at: u64) -> Option<TagUpdate> {
     // SAFETY: the caller's.
     let id = unsafe { from_c(tag.id) }?;
     let value = match tag.kind {
-        BUSBAR_VIEW_F64 => Some(TagValue::F64(tag.number)),
-        BUSBAR_VIEW_I64 => Some(TagValue::I64(tag.integer)),
-        BUSBAR_VIEW_BOOL => Some(TagValue::Bool(tag.integer != 0)),
-        BUSBAR_VIEW_DOUBLE_POINT => Some(TagValue::DoublePoint(tag.integer.try_into().ok()?)),
+        BUSBAR_VIEW_F64 => Some(Value::F64(tag.number)),
+        BUSBAR_VIEW_I64 => Some(Value::I64(tag.integer)),
+        BUSBAR_VIEW_BOOL => Some(Value::Bool(tag.integer != 0)),
+        BUSBAR_VIEW_DOUBLE_POINT => Some(Value::DoublePoint(position(tag.integer)?)),
         BUSBAR_VIEW_NO_VALUE => None,
         _ => return None,
     };
     let quality = match tag.quality {
-        BUSBAR_VIEW_GOOD => TagQuality::Good,
-        BUSBAR_VIEW_UNCERTAIN => TagQuality::Uncertain,
-        BUSBAR_VIEW_BAD => TagQuality::Bad,
+        BUSBAR_VIEW_GOOD => QualityLevel::Good,
+        BUSBAR_VIEW_UNCERTAIN => QualityLevel::Uncertain,
+        BUSBAR_VIEW_BAD => QualityLevel::Bad,
         _ => return None,
     };
     let is_known = tag.source_unix_nanos != BUSBAR_VIEW_NO_TIME;
     let source_time = is_known.then_some(tag.source_unix_nanos);
     Some(TagUpdate { tag: id.to_owned(), value, quality, source_time, sent_at })
+}
+
+fn position(number: i64) -> Option<DoublePoint> {
+    u64::try_from(number).ok().filter(|bits| *bits <= 3).map(DoublePoint::from_bits)
 }
 
 /// Applies an operator's action to an alarm: BUSBAR_VIEW_ACKNOWLEDGE and so on. `seconds` is the
@@ -197,10 +201,10 @@ pub unsafe extern "C" fn busbar_view_act_on_alarm(
     operator_name: *const c_char,
 ) -> i32 {
     let action = match action {
-        BUSBAR_VIEW_ACKNOWLEDGE => AlarmAction::Acknowledge,
-        BUSBAR_VIEW_SHELVE => AlarmAction::Shelve(seconds),
-        BUSBAR_VIEW_UNSHELVE => AlarmAction::Unshelve,
-        BUSBAR_VIEW_RESET => AlarmAction::Reset,
+        BUSBAR_VIEW_ACKNOWLEDGE => AlarmRequest::Acknowledge,
+        BUSBAR_VIEW_SHELVE => AlarmRequest::Shelve(seconds),
+        BUSBAR_VIEW_UNSHELVE => AlarmRequest::Unshelve,
+        BUSBAR_VIEW_RESET => AlarmRequest::Reset,
         _ => return BUSBAR_VIEW_INVALID,
     };
     // SAFETY: the caller's.
@@ -228,8 +232,10 @@ pub unsafe extern "C" fn busbar_view_mirror_alarm(
 ) -> i32 {
     // SAFETY: the caller's.
     let alarm = unsafe { from_c(alarm) };
-    let state = (state as u8).wrapping_sub(b'A');
-    let command = alarm.map(|alarm| Command::MirrorAlarm { alarm: alarm.to_owned(), state });
+    let state = AlarmState::from_letter(char::from(state as u8));
+    let command = alarm
+        .zip(state)
+        .map(|(alarm, state)| Command::MirrorAlarm { alarm: alarm.to_owned(), state });
     // SAFETY: the caller's.
     unsafe { ask(view, command) }
 }

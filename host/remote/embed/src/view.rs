@@ -4,7 +4,8 @@ use std::ffi::{CString, c_void};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use busbar_client::{Event, Options, View};
-use busbar_protocol::message::{AlarmAction, EquipmentVerdict, TagOrigin, TagQuality, TagSnapshot};
+use busbar_protocol::message::{AlarmRequest, EquipmentVerdict, TagSnapshot};
+use busbar_types::{Origin, QualityLevel};
 
 use crate::abi::*;
 use crate::strings::to_c;
@@ -123,7 +124,7 @@ fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEven
             (BUSBAR_VIEW_CAMERA, none.clone(), none)
         }
         Event::Alarm(snapshot) => {
-            told.state = u32::from(b'A' + snapshot.state.min(8));
+            told.state = snapshot.state.letter().into();
             told.unix_nanos = snapshot.since;
             (BUSBAR_VIEW_ALARM, snapshot.alarm, none)
         }
@@ -131,9 +132,9 @@ fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEven
             (told.state, told.number) = action_number(action);
             (BUSBAR_VIEW_ASKED, alarm, none)
         }
-        Event::Quality(TagSnapshot { tag, quality, origins, reason }) => {
+        Event::Quality(TagSnapshot { tag, quality, origin, reason }) => {
             told.state = quality_number(quality);
-            told.origins = origins.into_iter().fold(0, |all, origin| all | origin_bit(origin));
+            told.origins = origin_bits(origin);
             (BUSBAR_VIEW_QUALITY, tag, reason)
         }
         Event::Verdict(snapshot) => {
@@ -160,22 +161,23 @@ fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEven
     told
 }
 
-fn quality_number(quality: TagQuality) -> u32 {
+fn quality_number(quality: QualityLevel) -> u32 {
     match quality {
-        TagQuality::Good => BUSBAR_VIEW_GOOD,
-        TagQuality::Uncertain => BUSBAR_VIEW_UNCERTAIN,
-        TagQuality::Bad => BUSBAR_VIEW_BAD,
+        QualityLevel::Good => BUSBAR_VIEW_GOOD,
+        QualityLevel::Uncertain => BUSBAR_VIEW_UNCERTAIN,
+        QualityLevel::Bad => BUSBAR_VIEW_BAD,
     }
 }
 
-fn origin_bit(origin: TagOrigin) -> u32 {
-    match origin {
-        TagOrigin::Substituted => BUSBAR_VIEW_SUBSTITUTED,
-        TagOrigin::Test => BUSBAR_VIEW_TEST,
-        TagOrigin::Simulated => BUSBAR_VIEW_SIMULATED,
-        TagOrigin::Recorded => BUSBAR_VIEW_RECORDED,
-        TagOrigin::Historical => BUSBAR_VIEW_HISTORICAL,
-    }
+fn origin_bits(origin: Origin) -> u32 {
+    let bits = [
+        (Origin::SUBSTITUTED, BUSBAR_VIEW_SUBSTITUTED),
+        (Origin::TEST, BUSBAR_VIEW_TEST),
+        (Origin::SIMULATED, BUSBAR_VIEW_SIMULATED),
+        (Origin::RECORDED, BUSBAR_VIEW_RECORDED),
+        (Origin::HISTORICAL, BUSBAR_VIEW_HISTORICAL),
+    ];
+    bits.into_iter().filter(|(one, _)| origin.contains(*one)).fold(0, |all, (_, bit)| all | bit)
 }
 
 fn verdict_number(verdict: EquipmentVerdict) -> u32 {
@@ -188,11 +190,11 @@ fn verdict_number(verdict: EquipmentVerdict) -> u32 {
 }
 
 /// Returns the number of an action in the C ABI, with the shelving time in seconds.
-fn action_number(action: AlarmAction) -> (u32, f64) {
+fn action_number(action: AlarmRequest) -> (u32, f64) {
     match action {
-        AlarmAction::Acknowledge => (BUSBAR_VIEW_ACKNOWLEDGE, 0.0),
-        AlarmAction::Shelve(seconds) => (BUSBAR_VIEW_SHELVE, f64::from(seconds)),
-        AlarmAction::Unshelve => (BUSBAR_VIEW_UNSHELVE, 0.0),
-        AlarmAction::Reset => (BUSBAR_VIEW_RESET, 0.0),
+        AlarmRequest::Acknowledge => (BUSBAR_VIEW_ACKNOWLEDGE, 0.0),
+        AlarmRequest::Shelve(seconds) => (BUSBAR_VIEW_SHELVE, f64::from(seconds)),
+        AlarmRequest::Unshelve => (BUSBAR_VIEW_UNSHELVE, 0.0),
+        AlarmRequest::Reset => (BUSBAR_VIEW_RESET, 0.0),
     }
 }

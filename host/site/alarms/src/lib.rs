@@ -27,17 +27,15 @@ mod step;
 mod table;
 mod timers;
 
-pub use action::{Action, ActionError, MAX_OPERATOR_BYTES};
+pub use action::{ActionError, MAX_OPERATOR_BYTES};
 pub use chatter::{CHATTER_OCCURRENCES, CHATTER_WINDOW};
-pub use condition::{Condition, Limit};
+pub use condition::Condition;
 pub use record::{AlarmEvent, AlarmRecord};
 pub use set::{AlarmSet, AlarmSpecError};
 pub use source::{
-    MAX_SEVERITY, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm, SourceQuality,
-    SourceReport, SourceReportError,
+    MAX_SEVERITY, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm, SourceReport,
+    SourceReportError,
 };
-pub use spec::{
-    AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, Priority, TagCondition,
-};
-pub use state::{AlarmFlags, State};
+pub use spec::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, TagCondition};
+pub use state::AlarmFlags;
 pub use table::{AlarmStatus, AlarmTable, StateCounts};

@@ -7,8 +7,9 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use busbar_overlay_picture::{OverlayPicture, Verdict};
-use busbar_tags::{Quality, Reason, Snapshot, TagHandle, TagSet};
+use busbar_overlay_picture::OverlayPicture;
+use busbar_tags::{Snapshot, TagHandle, TagSet};
+use busbar_types::{Quality, Reason, Verdict};
 
 /// Reason of a verdict, or its lack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

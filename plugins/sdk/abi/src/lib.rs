@@ -50,6 +50,7 @@ mod overlay;
 mod records;
 mod simulator;
 mod telemetry;
+mod vocabulary;
 
 pub use alarms::*;
 pub use chart::*;
@@ -60,3 +61,4 @@ pub use overlay::*;
 pub use records::*;
 pub use simulator::*;
 pub use telemetry::*;
+pub use vocabulary::*;

@@ -1,17 +1,6 @@
 //! Judgments of overlays on equipment: normal, abnormal, or unknown with a reason.
 
-use busbar_plugin_abi as abi;
-
-/// Judgment on a piece of equipment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// Equipment within its limits.
-    Normal = abi::BUSBAR_VERDICT_NORMAL as isize,
-    /// Equipment outside its limits, or in a state that needs attention.
-    Abnormal = abi::BUSBAR_VERDICT_ABNORMAL as isize,
-    /// Equipment that cannot be judged: nothing known decides.
-    Unknown = abi::BUSBAR_VERDICT_UNKNOWN as isize,
-}
+use busbar_types::Verdict;
 
 /// Verdict with its reason, and the defaults that it rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

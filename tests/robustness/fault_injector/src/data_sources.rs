@@ -2,8 +2,8 @@
 
 use busbar_plugin_sdk::{
     AlarmReport, Alarms, Chart, ChartAxis, ChartDescription, ChartRecord, ChartRecords, ChartState,
-    Error, Explanation, MAX_SOURCE_ALARMS, Pattern, Record, RecordColumn, RecordKind, RecordList,
-    RecordSet, RecordSeverity, Records, SourceAlarm,
+    DefectSeverity, Error, Explanation, MAX_SOURCE_ALARMS, Pattern, Record, RecordColumn,
+    RecordKind, RecordList, RecordSet, Records, SourceAlarm,
 };
 
 use crate::fault::{CallSite, Misbehavior};
@@ -69,7 +69,7 @@ pub(crate) fn lists() -> Vec<RecordList> {
         equipment: EQUIPMENT.into(),
         cells: vec![cell.into()],
         unix_nanos: Some(1),
-        severity: Some(RecordSeverity::General),
+        severity: Some(DefectSeverity::General),
         is_open: true,
     };
     vec![RecordList {

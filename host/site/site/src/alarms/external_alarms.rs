@@ -6,8 +6,9 @@ mod poller;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-use busbar_alarms::{AlarmHandle, Priority, SourceAlarm, SourceQuality};
+use busbar_alarms::{AlarmHandle, SourceAlarm};
 use busbar_config::AlarmSourceConfig;
+use busbar_types::{Priority, QualityLevel};
 
 use self::poller::{AlarmPoller, SourceHealth};
 use crate::definition::SiteDefinition;
@@ -232,7 +233,7 @@ impl ExternalAlarm {
 
     /// Reports whether the alarm is current and of good quality.
     pub fn is_certain(&self, source: &ExternalSource) -> bool {
-        !source.is_stale && self.alarm.quality == SourceQuality::Good
+        !source.is_stale && self.alarm.quality == QualityLevel::Good
     }
 
     /// Returns the alarm's id, unique among all sources.

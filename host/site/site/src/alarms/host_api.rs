@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use busbar_alarms::{Action, AlarmFlags, AlarmHandle, AlarmSource, State};
+use busbar_alarms::{AlarmFlags, AlarmHandle, AlarmSource};
 use busbar_tags::SourceTime;
+use busbar_types::{AlarmAction, AlarmState};
 
 use super::AlarmService;
 
@@ -25,7 +26,7 @@ impl AlarmService {
         )
     }
 
-    pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: Action) {
+    pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: AlarmAction) {
         if self.host_requests.len() == MAX_HOST_REQUESTS {
             self.host_requests.pop_front();
         }
@@ -33,7 +34,7 @@ impl AlarmService {
     }
 
     /// Takes the operator requests since the last call, by alarm id.
-    pub(crate) fn take_host_requests(&mut self) -> Vec<(String, Action)> {
+    pub(crate) fn take_host_requests(&mut self) -> Vec<(String, AlarmAction)> {
         let host_requests = std::mem::take(&mut self.host_requests).into_iter();
         host_requests.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
     }
@@ -45,7 +46,7 @@ impl AlarmService {
     pub(crate) fn act_by_id(
         &mut self,
         id: &str,
-        action: Action,
+        action: AlarmAction,
         operator: &str,
     ) -> Result<(), String> {
         let alarm = self.table.set().find(id).ok_or_else(|| format!("there is no alarm '{id}'"))?;
@@ -58,16 +59,16 @@ impl AlarmService {
     pub fn changed_since(
         &self,
         known: &mut HashMap<AlarmHandle, AlarmFlags>,
-    ) -> Vec<(String, State, AlarmFlags, SourceTime)> {
+    ) -> Vec<(String, AlarmState, AlarmFlags, SourceTime)> {
         let mut changed = Vec::new();
         let closed = known.keys().copied().filter(|&alarm| {
-            self.table.status(alarm).is_none_or(|status| status.state == State::Normal)
+            self.table.status(alarm).is_none_or(|status| status.state == AlarmState::Normal)
         });
         let closed: Vec<_> = closed.collect();
         for alarm in self.table.open().chain(closed) {
             let Some(status) = self.table.status(alarm) else { continue };
             let before = match status.state {
-                State::Normal => known.remove(&alarm),
+                AlarmState::Normal => known.remove(&alarm),
                 _ => known.insert(alarm, status.standing),
             };
             let Some(spec) = self.table.set().spec(alarm) else { continue };

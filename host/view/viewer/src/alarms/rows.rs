@@ -3,11 +3,12 @@
 use std::collections::HashSet;
 use std::time::Duration;
 
-use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus, Priority, State};
+use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus};
 use busbar_scene::NodeIndex;
 use busbar_site::{AlarmService, ExternalAlarm, ExternalSource};
-use busbar_tags::{Origin, Snapshot, SourceTime, TagSet};
-use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows};
+use busbar_tags::{Snapshot, SourceTime, TagSet};
+use busbar_types::{AlarmState, Origin, Priority};
+use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmRow, AlarmRows};
 
 use super::external_text::{long_uncertainty, short_uncertainty, statuses};
 use super::{AlarmPresentation, text};
@@ -58,7 +59,7 @@ impl AlarmListRows<'_> {
             occurrences: status.occurrences,
             chatters: status.chatters,
             is_first_out: status.is_first_out,
-            shelf_left: status.shelf_left.filter(|_| state == State::Shelved),
+            shelf_left: status.shelf_left.filter(|_| state == AlarmState::Shelved),
             is_saving,
             origin: status.origin | self.origin_of(spec),
             ..AlarmRow::default()
@@ -141,7 +142,8 @@ impl AlarmListRows<'_> {
     ) -> (Vec<AlarmRow>, usize) {
         let Some(alarm_service) = self.alarm_service else { return (Vec::new(), 0) };
         let state = |alarm| alarm_service.table().status(alarm).map(|status| status.state);
-        let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != State::Normal);
+        let is_open =
+            |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != AlarmState::Normal);
         let open = alarms.iter().filter(is_open);
         let mut rows: Vec<AlarmRow> =
             open.filter_map(|alarm| self.row_of(alarm_service, *alarm)).collect();
@@ -209,9 +211,11 @@ impl AlarmListRows<'_> {
             response: spec.response.clone(),
             decided_by: is_mirrored.then(|| "The host's alarm system".to_owned()),
             can_ask: alarm_service.has_host(),
-            can_reset: status.state == State::LatchedAcknowledged,
-            can_shelve: !matches!(status.state, State::SuppressedByDesign | State::OutOfService)
-                && !is_mirrored,
+            can_reset: status.state == AlarmState::LatchedAcknowledged,
+            can_shelve: !matches!(
+                status.state,
+                AlarmState::SuppressedByDesign | AlarmState::OutOfService
+            ) && !is_mirrored,
             is_shelved: status.standing.is_shelved,
             is_out_of_service: status.standing.is_out_of_service,
         })
@@ -237,15 +241,11 @@ impl AlarmRows for AlarmListRows<'_> {
         let chosen = selected.and_then(|chosen| alarms.iter().position(|a| *a == chosen));
         let (before, after) = alarms.split_at(chosen.map_or(0, |chosen| chosen + 1));
         let waits = |alarm: &&AlarmHandle| {
-            alarm_service.state_of(**alarm).is_some_and(State::is_unacknowledged)
+            alarm_service.state_of(**alarm).is_some_and(AlarmState::is_unacknowledged)
         };
         let next = *after.iter().chain(before).find(waits)?;
         Some((next.0, self.equipment(alarm_service, next)))
     }
-}
-
-fn priority(priority: Priority) -> AlarmPriority {
-    AlarmPriority::ALL[priority as usize]
 }
 
 fn elapsed(since: SourceTime, now: SourceTime) -> Duration {

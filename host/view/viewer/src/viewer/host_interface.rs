@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 
-use busbar_alarms::{AlarmFlags, AlarmHandle, State};
+use busbar_alarms::{AlarmFlags, AlarmHandle};
 use busbar_chart::Action;
 use busbar_scene::NodeIndex;
 use busbar_site::{HostTagValue, PluginHealth};
 use busbar_tags::{SourceTime, TagHandle};
-use busbar_ui::{AlarmAction, ChartCommand, Command};
+use busbar_types::{AlarmAction, AlarmState};
+use busbar_ui::{ChartCommand, Command};
 
 use super::Viewer;
 use crate::{ViewError, panel_rows};
@@ -29,7 +30,7 @@ pub struct ChangedAlarm {
     /// Id of the alarm in the configuration.
     pub alarm: String,
     /// Present state, by the letters of IEC 62682.
-    pub state: State,
+    pub state: AlarmState,
     /// Present standing, from which a later viewer restores the alarm.
     pub standing: AlarmFlags,
     /// Time of the last change.
@@ -116,7 +117,7 @@ impl Viewer {
     pub fn mirror_alarm(
         &mut self,
         id: &str,
-        state: State,
+        state: AlarmState,
         until: Option<SourceTime>,
         operator: Option<&str>,
     ) -> Result<(), ViewError> {
