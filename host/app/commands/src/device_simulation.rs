@@ -14,7 +14,6 @@ use busbar_scene_loader::{
     DiagnosticsCollector, LoadError, config_folder, create_instances, read_config,
     read_config_text, report_plugin_error, tag_specs, telemetry_tags,
 };
-use busbar_types::{FaultKind, SignalShape};
 
 /// The devices of a configuration, for as long as this lives.
 pub struct SimulatedDevices {

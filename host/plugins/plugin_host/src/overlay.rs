@@ -12,7 +12,7 @@ use busbar_overlay_picture::{
 };
 use busbar_plugin_abi as abi;
 use busbar_tags::TagState;
-use busbar_types::{Pattern, Quality, Reason, Severity, Value};
+use busbar_types::{Pattern, Quality, Reason, Severity};
 
 use crate::{Instance, PluginError, overlay_quantity, overlay_verdict, text};
 

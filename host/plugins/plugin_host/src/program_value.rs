@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use busbar_plugin_abi as abi;
 use busbar_tags::{Moment, Sample, SourceTime, TagHandle};
-use busbar_types::{DoublePoint, Quality, Value};
+use busbar_types::{Quality, Value};
 
 use crate::sample_intake::{SampleIntake, SampleSink};
 

@@ -8,10 +8,10 @@ use std::time::{Duration, SystemTime};
 
 use busbar_plugin_abi as abi;
 use busbar_tags::{Moment, Sample, SampleQueue, SourceTime, TagHandle};
-use busbar_types::{Origin, Reason, ValueKind};
+use busbar_types::{Origin, ValueKind};
 use serde::{Deserialize, Serialize};
 
-use crate::sample_intake::{self, SampleIntake, SourcePolicy};
+use crate::sample_intake::{SampleIntake, SourcePolicy};
 use crate::source_clock::ClockReport;
 use crate::{Instance, PluginError, text};
 

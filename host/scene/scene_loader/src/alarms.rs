@@ -11,7 +11,7 @@ use busbar_config::{
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{TagHandle, TagSet};
-use busbar_types::{DoublePoint, Limit, Priority, Value};
+use busbar_types::Value;
 
 use crate::bindings;
 use crate::diagnostics::DiagnosticsCollector;

@@ -6,7 +6,6 @@ use std::time::Duration;
 use busbar_config::{Config, join_pointer};
 use busbar_scene::{ModelIndex, NodeIndex, Placement, PolicyIndex, SceneGraph, Transform};
 use busbar_tags::{Scale, TagHandle, TagSet, TagSpec, TagSpecError};
-use busbar_types::ValueKind;
 
 use crate::diagnostics::DiagnosticsCollector;
 use crate::loaded_scene::Binding;

@@ -17,7 +17,6 @@ use busbar_renderer::{
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_site::{ChartReader, ExplanationRequest};
-use busbar_types::Pattern;
 use busbar_ui::{ChartCommand, ChartOverlay, ProjectedChartAxis};
 use egui::Pos2;
 use glam::{Affine3A, Quat, Vec3};

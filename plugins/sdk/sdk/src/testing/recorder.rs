@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use busbar_plugin_abi as abi;
 
 use crate::value::{read_quality, read_value};
-use crate::{LinkState, Sample, SampleFlags, SampleSink};
+use crate::{LinkState, Sample, SampleFlags, SampleSink, Value};
 
 /// Samples, and link reports, that a [`Recorder`] keeps; older ones go.
 pub const MAX_RECORDED: usize = 100_000;

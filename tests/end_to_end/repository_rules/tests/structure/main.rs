@@ -88,7 +88,6 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_scene",
             "busbar_scene_loader",
             "busbar_tags",
-            "busbar_types",
         ],
     ),
     ("busbar_config", &["busbar_types"]),
