@@ -1,4 +1,4 @@
-use busbar_types::{Reason, ValueKind};
+use busbar_types::{DoublePoint, Reason, ValueKind};
 
 use super::*;
 use crate::{SourcePolicy, TelemetryTag};

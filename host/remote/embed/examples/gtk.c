@@ -4,6 +4,7 @@
 #include <busbar.h>
 #include <glib-unix.h>
 #include <gtk/gtk.h>
+#include <stdbool.h>
 
 static BusbarView *view;
 
@@ -27,28 +28,29 @@ static gboolean happened(gint descriptor, GIOCondition condition, gpointer area)
     (void)descriptor, (void)condition;
     BusbarViewEvent event = {.struct_size = sizeof event};
     while (busbar_view_next_event(view, &event) == 1)
-        if (event.kind == BUSBAR_VIEW_FRAME)
+        if (event.kind == BUSBAR_VIEW_EVENT_KIND_FRAME)
             gtk_widget_queue_draw(area);
-        else if (event.kind == BUSBAR_VIEW_PICKED)
+        else if (event.kind == BUSBAR_VIEW_EVENT_KIND_PICKED)
             printf("picked %s\n", event.id), fflush(stdout);
-        else if (event.kind == BUSBAR_VIEW_READY || event.kind == BUSBAR_VIEW_ERROR)
-            printf("%s %s\n", event.kind == BUSBAR_VIEW_READY ? "ready" : "error", event.text), fflush(stdout);
+        else if (event.kind == BUSBAR_VIEW_EVENT_KIND_READY || event.kind == BUSBAR_VIEW_EVENT_KIND_ERROR)
+            printf("%s %s\n", event.kind == BUSBAR_VIEW_EVENT_KIND_READY ? "ready" : "error", event.text), fflush(stdout);
     return TRUE;
 }
 
 static gboolean pointed(GtkWidget *area, GdkEvent *event, gpointer data)
 {
     (void)area, (void)data;
-    uint32_t what = event->type == GDK_BUTTON_PRESS     ? BUSBAR_VIEW_PRESSED
-                    : event->type == GDK_BUTTON_RELEASE ? BUSBAR_VIEW_RELEASED
-                    : event->type == GDK_MOTION_NOTIFY  ? BUSBAR_VIEW_MOVED
-                                                        : 0;
+    bool is_press = event->type == GDK_BUTTON_PRESS, is_release = event->type == GDK_BUTTON_RELEASE;
+    if (!is_press && !is_release && event->type != GDK_MOTION_NOTIFY)
+        return FALSE;
+    BusbarViewPointer input = is_press     ? BUSBAR_VIEW_POINTER_PRESSED
+                              : is_release ? BUSBAR_VIEW_POINTER_RELEASED
+                                           : BUSBAR_VIEW_POINTER_MOVED;
     double x = 0, y = 0;
     guint button = 1;
     gdk_event_get_coords(event, &x, &y);
     gdk_event_get_button(event, &button);
-    if (what)
-        busbar_view_point(view, what, (float)x, (float)y, button, 0);
+    busbar_view_point(view, input, (float)x, (float)y, button, 0);
     return FALSE;
 }
 
@@ -63,7 +65,7 @@ int main(int argc, char **argv)
     gtk_init(&argc, &argv);
     BusbarViewOptions options = {.struct_size = sizeof options, .width = 800, .height = 500};
     options.config = argc == 2 ? argv[1] : NULL;
-    if (busbar_view_open(&options, &view) != BUSBAR_VIEW_OK)
+    if (busbar_view_open(&options, &view) != BUSBAR_STATUS_OK)
         return fprintf(stderr, "usage: gtk CONFIG\n"), 2;
     GtkWidget *window = gtk_window_new(GTK_WINDOW_TOPLEVEL), *area = gtk_drawing_area_new();
     gtk_window_set_default_size(GTK_WINDOW(window), 800, 500);

@@ -3,25 +3,25 @@
 Waits for a calm picture, writes it, picks what is in its middle, and ends."""
 import select
 import sys
-from ctypes import CDLL, POINTER, Structure, byref, c_char_p, c_double, c_float, c_int64
+from ctypes import CDLL, POINTER, Structure, byref, c_char_p, c_float, c_int64
 from ctypes import c_uint32, c_uint64, c_ubyte, c_void_p, sizeof, string_at
 
 
 class Options(Structure):
-    _fields_ = [(name, c_uint32) for name in ("struct_size flags width height window silent_millis "
-                "hung_millis max_restart_millis").split()] + [
+    _fields_ = [(name, c_uint32) for name in ("struct_size flags width height window_system "
+                "silent_millis hung_millis max_restart_millis").split()] + [("window", c_uint64)] + [
                 (name, c_char_p) for name in ("config", "program", "operator_name")]
 
 
 class Event(Structure):
-    _fields_ = [(name, c_uint32) for name in "struct_size kind state dropped".split()] + [
-        ("unix_nanos", c_int64), ("number", c_double),
-        ("origins", c_uint32), ("reserved", c_uint32), ("eye", c_float * 3),
-        ("target", c_float * 3), ("id", c_char_p), ("text", c_char_p)]
+    _fields_ = [(name, c_uint32) for name in ("struct_size kind dropped liveness alarm_state "
+                "alarm_action shelve_seconds quality origins verdict is_assumed reserved").split()] + [
+        ("unix_nanos", c_int64), ("eye", c_float * 3), ("target", c_float * 3),
+        ("id", c_char_p), ("overlay", c_char_p), ("text", c_char_p)]
 
 
 class Frame(Structure):
-    _fields_ = [(name, c_uint32) for name in ("struct_size state width height stride damage_x "
+    _fields_ = [(name, c_uint32) for name in ("struct_size liveness width height stride damage_x "
                 "damage_y damage_width damage_height age_millis").split()] + [
                 ("sequence", c_uint64), ("pixels", POINTER(c_ubyte))]
 
@@ -50,7 +50,7 @@ while picked is None:
             picked = name
         elif kind == ERROR:
             sys.exit(text)
-    if is_ready and busbar.busbar_view_frame(view, byref(frame)) == 1 and frame.state == LIVE:
+    if is_ready and busbar.busbar_view_frame(view, byref(frame)) == 1 and frame.liveness == LIVE:
         busbar.busbar_view_pick(view, frame.width // 2, frame.height // 2)
 busbar.busbar_view_frame(view, byref(frame))
 bgra = string_at(frame.pixels, frame.stride * frame.height)

@@ -21,9 +21,10 @@ int main(int argc, char **argv)
     options.struct_size = sizeof options;
     options.config = argv[1];
     options.width = 800, options.height = 500;
-    options.window = (uint32_t)window;
+    options.window_system = BUSBAR_VIEW_WINDOW_SYSTEM_X11;
+    options.window = window;
     BusbarView *view;
-    if (busbar_view_open(&options, &view) != BUSBAR_VIEW_OK)
+    if (busbar_view_open(&options, &view) != BUSBAR_STATUS_OK)
         return fprintf(stderr, "no view\n"), 1;
 
     for (;;) {
@@ -32,13 +33,13 @@ int main(int argc, char **argv)
         poll(polled, 2, -1);
         BusbarViewEvent event = {.struct_size = sizeof event};
         while (busbar_view_next_event(view, &event) == 1)
-            if (event.kind == BUSBAR_VIEW_PICKED)
+            if (event.kind == BUSBAR_VIEW_EVENT_KIND_PICKED)
                 printf("picked %s\n", event.id), fflush(stdout);
-            else if (event.kind == BUSBAR_VIEW_READY || event.kind == BUSBAR_VIEW_ERROR)
-                printf("%s %s\n", event.kind == BUSBAR_VIEW_READY ? "ready" : "error", event.text), fflush(stdout);
-            else if (event.kind == BUSBAR_VIEW_LOST || event.kind == BUSBAR_VIEW_RECOVERED) {
+            else if (event.kind == BUSBAR_VIEW_EVENT_KIND_READY || event.kind == BUSBAR_VIEW_EVENT_KIND_ERROR)
+                printf("%s %s\n", event.kind == BUSBAR_VIEW_EVENT_KIND_READY ? "ready" : "error", event.text), fflush(stdout);
+            else if (event.kind == BUSBAR_VIEW_EVENT_KIND_LOST || event.kind == BUSBAR_VIEW_EVENT_KIND_RECOVERED) {
                 /* The library has hatched the picture; the title says so as well. */
-                int is_lost = event.kind == BUSBAR_VIEW_LOST;
+                int is_lost = event.kind == BUSBAR_VIEW_EVENT_KIND_LOST;
                 XStoreName(display, window, is_lost ? "NOT LIVE - Busbar in X11" : "Busbar in X11");
                 XFlush(display);
                 printf("%s %s\n", is_lost ? "lost" : "recovered", event.text), fflush(stdout);

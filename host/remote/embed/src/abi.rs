@@ -1,138 +1,267 @@
-//! C ABI of libbusbar: structs, constants and the callback type.
+//! C ABI of libbusbar: structs, enums, constants and the callback type.
+//!
+//! What the library writes has the type of its enum. What a program writes is a number here (a
+//! `...Number`, which the header declares as the enum too): any may come, and is checked.
 
 use std::ffi::{c_char, c_void};
 
 /// Version of this interface; a library of another version must not be used.
-pub const BUSBAR_VIEW_ABI: u32 = 2;
-
-/// Success of a call.
-pub const BUSBAR_VIEW_OK: i32 = 0;
-/// Status of an argument that is null, too small, too large, not UTF-8, or not finite. Nothing was
-/// done.
-pub const BUSBAR_VIEW_INVALID: i32 = -1;
-/// Status of a full command queue. Nothing was done: try again later.
-pub const BUSBAR_VIEW_FULL: i32 = -2;
-/// Status of a system without a descriptor, memory or a thread left. Nothing was done.
-pub const BUSBAR_VIEW_SYSTEM: i32 = -3;
-/// Status of an internal fault of the library; the view does nothing any more. Close it.
-pub const BUSBAR_VIEW_FAULT: i32 = -4;
+pub const BUSBAR_VIEW_ABI: u32 = 3;
 
 /// Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
-pub const BUSBAR_VIEW_PANELS: u32 = 1;
-
-/// State of a picture whose values were read at most `silent_millis` ago. Where frames take long,
-/// the limit is two frame times, at most 900 ms.
-pub const BUSBAR_VIEW_LIVE: u32 = 0;
-/// State of a picture whose viewer is silent or gone: no value in it may be relied on. The library
-/// has removed its colour and hatched it.
-pub const BUSBAR_VIEW_DEAD: u32 = 1;
-/// State of a picture whose viewer makes progress too slowly: its values were read more than
-/// `silent_millis` ago. The library has removed its colour and hatched it, like a dead one.
-pub const BUSBAR_VIEW_LATE: u32 = 2;
-
-/// Quality of a usable value.
-pub const BUSBAR_VIEW_GOOD: u32 = 0;
-/// Quality of a doubtful value.
-pub const BUSBAR_VIEW_UNCERTAIN: u32 = 1;
-/// Quality of an unusable value.
-pub const BUSBAR_VIEW_BAD: u32 = 2;
-
-/// Value kind of a measurement, in `number`.
-pub const BUSBAR_VIEW_F64: u32 = 0;
-/// Value kind of a counter or code, in `integer`.
-pub const BUSBAR_VIEW_I64: u32 = 1;
-/// Value kind of a single point: `integer` is 0 or 1.
-pub const BUSBAR_VIEW_BOOL: u32 = 2;
-/// Value kind of a switch position in `integer`: 0 travelling, 1 open, 2 closed, 3 invalid (IEC
-/// 60870-5-101, 7.2.6.2).
-pub const BUSBAR_VIEW_DOUBLE_POINT: u32 = 3;
-/// Value kind of an update that sets the quality alone.
-pub const BUSBAR_VIEW_NO_VALUE: u32 = 4;
+pub const BUSBAR_VIEW_FLAG_PANELS: u32 = 1;
 
 /// Source timestamp that is not known.
 pub const BUSBAR_VIEW_NO_TIME: i64 = i64::MIN;
 
-/// Event of the first picture. `text`: the graphics device.
-pub const BUSBAR_VIEW_READY: u32 = 1;
-/// Event of a new picture, or a new state of the last one, for busbar_view_frame. Merged: one waits
-/// at most.
-pub const BUSBAR_VIEW_FRAME: u32 = 2;
-/// Event of a pick. `id`: the equipment, empty for nothing.
-pub const BUSBAR_VIEW_PICKED: u32 = 3;
-/// Event of the pointer over the equipment `id`, or over nothing. Merged.
-pub const BUSBAR_VIEW_HOVERED: u32 = 4;
-/// Event of a camera at `eye` that looks at `target`. Merged.
-pub const BUSBAR_VIEW_CAMERA: u32 = 5;
-/// Event of the alarm `id` in `state`: 'A' to 'I' by IEC 62682, since `unix_nanos`. Each change is
-/// delivered while there is room, and the last one of each alarm always.
-pub const BUSBAR_VIEW_ALARM: u32 = 6;
-/// Event of an operator's request for the alarm `id`, which your program decides on. `state`:
-/// BUSBAR_VIEW_ACKNOWLEDGE and so on; `number`: shelving time, seconds.
-pub const BUSBAR_VIEW_ASKED: u32 = 7;
-/// Event of the tag `id` whose quality `state` is good, uncertain or bad, for the reason `text`.
-/// `origins` names the sources of its value besides the live process: mark a value that has any.
-/// Merged by tag.
-pub const BUSBAR_VIEW_QUALITY: u32 = 8;
-/// Event of the plugin instance `id`, whose state is `text`. Merged by plugin.
-pub const BUSBAR_VIEW_PLUGIN: u32 = 9;
-/// Event of a failed command or another fault; `text` names it and a remedy.
-pub const BUSBAR_VIEW_ERROR: u32 = 10;
-/// Event of a picture that is not live, for the reason `text`. `state`: BUSBAR_VIEW_DEAD where the
-/// viewer is silent or gone, BUSBAR_VIEW_LATE where it is too slow. The library has covered the
-/// picture in a window with hatching, and hatches it in memory: state beside it that it is not
-/// live.
-pub const BUSBAR_VIEW_LOST: u32 = 11;
-/// Event of a picture that is live again. A new viewer has the last good configuration, camera,
-/// alarms and tags.
-pub const BUSBAR_VIEW_RECOVERED: u32 = 12;
-/// Event of the configuration `id`, shown from now on.
-pub const BUSBAR_VIEW_RELOADED: u32 = 13;
-
-/// Event of an overlay's verdict `state` on the equipment `id`: BUSBAR_VIEW_NORMAL,
-/// BUSBAR_VIEW_ABNORMAL, BUSBAR_VIEW_UNKNOWN or BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL. `text` is the
-/// overlay's name, a line feed, and the reason. `number` is 1 where the verdict rests on a default,
-/// which the reason names. Merged by overlay and equipment.
-pub const BUSBAR_VIEW_VERDICT: u32 = 14;
-
 /// Origin of a value that a person or program substituted for the measured one.
-pub const BUSBAR_VIEW_SUBSTITUTED: u32 = 1;
+pub const BUSBAR_VIEW_ORIGIN_SUBSTITUTED: u32 = 1;
 /// Origin of a value from a device under test.
-pub const BUSBAR_VIEW_TEST: u32 = 2;
+pub const BUSBAR_VIEW_ORIGIN_TEST: u32 = 2;
 /// Origin of a value that a simulator made.
-pub const BUSBAR_VIEW_SIMULATED: u32 = 4;
+pub const BUSBAR_VIEW_ORIGIN_SIMULATED: u32 = 4;
 /// Origin of a value that is replayed from a recording.
-pub const BUSBAR_VIEW_RECORDED: u32 = 8;
+pub const BUSBAR_VIEW_ORIGIN_RECORDED: u32 = 8;
 /// Origin of a value that its source calls historical.
-pub const BUSBAR_VIEW_HISTORICAL: u32 = 16;
+pub const BUSBAR_VIEW_ORIGIN_HISTORICAL: u32 = 16;
 
-/// Verdict on equipment within its limits.
-pub const BUSBAR_VIEW_NORMAL: u32 = 0;
-/// Verdict on equipment outside its limits, or in a state that needs attention.
-pub const BUSBAR_VIEW_ABNORMAL: u32 = 1;
-/// Verdict on equipment that cannot be judged.
-pub const BUSBAR_VIEW_UNKNOWN: u32 = 2;
-/// Verdict on equipment that cannot be judged, and was abnormal at the last judgment.
-pub const BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL: u32 = 3;
+/// Status of a call. After a failure, which is below 0, nothing was done.
+#[repr(i32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarStatus {
+    /// Success of the call.
+    Ok = 0,
+    /// Argument that is null, too small, too large, not UTF-8, or not finite.
+    Invalid = -1,
+    /// Command queue without room: try again later.
+    Full = -2,
+    /// System without a descriptor, memory or a thread left.
+    System = -3,
+    /// Internal fault of the library; the view does nothing any more. Close it.
+    Fault = -4,
+}
 
-/// Acknowledgement of an alarm.
-pub const BUSBAR_VIEW_ACKNOWLEDGE: u32 = 1;
-/// Shelving of an alarm.
-pub const BUSBAR_VIEW_SHELVE: u32 = 2;
-/// Unshelving of an alarm.
-pub const BUSBAR_VIEW_UNSHELVE: u32 = 3;
-/// Reset of a latched alarm.
-pub const BUSBAR_VIEW_RESET: u32 = 4;
+/// Liveness of a picture.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarViewLiveness {
+    /// Picture whose values were read at most `silent_millis` ago. Where frames take long, the
+    /// limit is two frame times, at most 900 ms.
+    Live = 0,
+    /// Picture whose viewer is silent or gone: no value in it may be relied on. The library has
+    /// removed its colour and hatched it.
+    Dead = 1,
+    /// Picture whose viewer makes progress too slowly: its values were read more than
+    /// `silent_millis` ago. The library has removed its colour and hatched it, like a dead one.
+    Late = 2,
+}
 
-/// Movement of the pointer to x, y.
-pub const BUSBAR_VIEW_MOVED: u32 = 1;
-/// Press of a button at x, y.
-pub const BUSBAR_VIEW_PRESSED: u32 = 2;
-/// Release of a button at x, y.
-pub const BUSBAR_VIEW_RELEASED: u32 = 3;
-/// Turn of the wheel by `steps`, positive away from the user.
-pub const BUSBAR_VIEW_SCROLLED: u32 = 4;
-/// Pointer leaves the picture.
-pub const BUSBAR_VIEW_LEFT: u32 = 5;
+/// Quality of a value.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarViewQuality {
+    /// Value that can be used.
+    Good = 0,
+    /// Value that is in doubt.
+    Uncertain = 1,
+    /// Value that cannot be used.
+    Bad = 2,
+}
+
+/// Kind of a value, and the field that holds it.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarViewValueKind {
+    /// Measurement, in `number`.
+    F64 = 0,
+    /// Counter or code, in `integer`.
+    I64 = 1,
+    /// Single point: `integer` is 0 or 1.
+    Bool = 2,
+    /// Switch position in `integer`: 0 travelling, 1 open, 2 closed, 3 invalid (IEC 60870-5-101,
+    /// 7.2.6.2).
+    DoublePoint = 3,
+    /// No value: the update sets the quality alone.
+    None = 4,
+}
+
+/// State of an alarm by IEC 62682. Numbers are the letters of its states in ASCII.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarViewAlarmState {
+    /// No state: the event is about something else.
+    None = 0,
+    /// State A: within limits, acknowledged.
+    Normal = 65,
+    /// State B: outside limits, not acknowledged.
+    Unacknowledged = 66,
+    /// State C: outside limits, acknowledged.
+    Acknowledged = 67,
+    /// State D: back within limits, not acknowledged.
+    ReturnedUnacknowledged = 68,
+    /// State E: back within limits, latched, not acknowledged.
+    LatchedUnacknowledged = 69,
+    /// State F: back within limits, latched, acknowledged.
+    LatchedAcknowledged = 70,
+    /// State G: shelved by an operator.
+    Shelved = 71,
+    /// State H: suppressed by design.
+    SuppressedByDesign = 72,
+    /// State I: out of service.
+    OutOfService = 73,
+}
+
+/// Action of an operator on an alarm.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarViewAlarmAction {
+    /// No action: the event is about something else.
+    None = 0,
+    /// Acknowledgement of the alarm.
+    Acknowledge = 1,
+    /// Shelving of the alarm for some time.
+    Shelve = 2,
+    /// End of the shelving.
+    Unshelve = 3,
+    /// Reset of a latched alarm.
+    Reset = 4,
+}
+
+/// Verdict of an overlay on equipment.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarViewVerdict {
+    /// Equipment within its limits.
+    Normal = 0,
+    /// Equipment outside its limits, or in a state that needs attention.
+    Abnormal = 1,
+    /// Equipment that cannot be judged.
+    Unknown = 2,
+    /// Equipment that cannot be judged, and was abnormal at the last judgment.
+    UnknownAfterAbnormal = 3,
+}
+
+/// Input of a pointer over a picture.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarViewPointer {
+    /// Movement of the pointer to x, y.
+    Moved = 1,
+    /// Press of a button at x, y.
+    Pressed = 2,
+    /// Release of a button at x, y.
+    Released = 3,
+    /// Turn of the wheel by `steps`, positive away from the user.
+    Scrolled = 4,
+    /// Pointer leaves the picture.
+    Left = 5,
+}
+
+/// Window system of the window that a view draws into.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarViewWindowSystem {
+    /// No window: pictures are in memory.
+    None = 0,
+    /// X11: `window` is the XID of the window.
+    X11 = 1,
+}
+
+/// Kind of an event, and the fields that it fills. All other fields are 0, and texts empty.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarViewEventKind {
+    /// First picture. `text`: the graphics device.
+    Ready = 1,
+    /// New picture, or a new liveness of the last one, for busbar_view_frame. Merged: one waits at
+    /// most.
+    Frame = 2,
+    /// Pick. `id`: the equipment, empty for nothing.
+    Picked = 3,
+    /// Pointer over the equipment `id`, or over nothing. Merged.
+    Hovered = 4,
+    /// Camera at `eye` that looks at `target`. Merged.
+    Camera = 5,
+    /// Alarm `id` in `alarm_state` since `unix_nanos`. Each change is delivered while there is
+    /// room, and the last one of each alarm always.
+    Alarm = 6,
+    /// Operator's request `alarm_action` for the alarm `id`, which your program decides on.
+    /// `shelve_seconds`: shelving time.
+    ActionRequested = 7,
+    /// Tag `id` whose quality is `quality`, for the reason `text`. `origins` names the sources of
+    /// its value besides the live process: mark a value that has any. Merged by tag.
+    Quality = 8,
+    /// Plugin instance `id`, whose state is `text`. Merged by instance.
+    Plugin = 9,
+    /// Failed command or another fault; `text` names it and a remedy.
+    Error = 10,
+    /// Picture that is not live, for the reason `text`. `liveness`: dead where the viewer is silent
+    /// or gone, late where it is too slow. The library has covered the picture in a window with
+    /// hatching, and hatches it in memory: state beside it that it is not live.
+    Lost = 11,
+    /// Picture that is live again, `text` says how. A new viewer has the last good configuration,
+    /// camera, alarms and tags.
+    Recovered = 12,
+    /// Configuration `id`, shown from now on.
+    Reloaded = 13,
+    /// Verdict `verdict` of the plugin instance `overlay` on the equipment `id`, for the reason
+    /// `text`. `is_assumed` is 1 where it rests on a default, which the reason names. Merged by
+    /// overlay and equipment.
+    Verdict = 14,
+}
+
+/// Number of a [`BusbarViewQuality`] that a program wrote.
+pub type BusbarViewQualityNumber = u32;
+/// Number of a [`BusbarViewValueKind`] that a program wrote.
+pub type BusbarViewValueKindNumber = u32;
+/// Number of a [`BusbarViewAlarmAction`] that a program wrote.
+pub type BusbarViewAlarmActionNumber = u32;
+/// Number of a [`BusbarViewAlarmState`] that a program wrote.
+pub type BusbarViewAlarmStateNumber = u32;
+/// Number of a [`BusbarViewPointer`] that a program wrote.
+pub type BusbarViewPointerNumber = u32;
+/// Number of a [`BusbarViewWindowSystem`] that a program wrote.
+pub type BusbarViewWindowSystemNumber = u32;
+/// Number of a [`BusbarStatus`] that a program wrote.
+pub type BusbarStatusNumber = i32;
+
+/// Enum of the C ABI that a program writes as a number.
+pub(crate) trait FromNumber: Copy + 'static {
+    /// All values of the enum.
+    const ALL: &'static [Self];
+
+    /// Returns the number of a value in the C ABI.
+    fn number(self) -> u32;
+
+    /// Returns the value of a number; none where it has none.
+    fn from_number(number: u32) -> Option<Self> {
+        Self::ALL.iter().copied().find(|value| value.number() == number)
+    }
+}
+
+macro_rules! from_number {
+    ($($name:ident { $($value:ident)* })*) => {$(
+        impl FromNumber for $name {
+            const ALL: &'static [Self] = &[$(Self::$value),*];
+
+            fn number(self) -> u32 {
+                self as u32
+            }
+        }
+    )*};
+}
+
+from_number! {
+    BusbarViewQuality { Good Uncertain Bad }
+    BusbarViewValueKind { F64 I64 Bool DoublePoint None }
+    BusbarViewAlarmState {
+        None Normal Unacknowledged Acknowledged ReturnedUnacknowledged LatchedUnacknowledged
+        LatchedAcknowledged Shelved SuppressedByDesign OutOfService
+    }
+    BusbarViewAlarmAction { None Acknowledge Shelve Unshelve Reset }
+    BusbarViewPointer { Moved Pressed Released Scrolled Left }
+    BusbarViewWindowSystem { None X11 }
+}
 
 /// Content and limits of a view. Set all to 0 first, then `struct_size`, `config` and the size.
 #[repr(C)]
@@ -140,14 +269,14 @@ pub const BUSBAR_VIEW_LEFT: u32 = 5;
 pub struct BusbarViewOptions {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Flags of the view: BUSBAR_VIEW_PANELS or 0.
+    /// Flags of the view: BUSBAR_VIEW_FLAG_PANELS or 0.
     pub flags: u32,
     /// Width of the picture, pixels: 1 to 8192.
     pub width: u32,
     /// Height of the picture, pixels: 1 to 8192; width times height at most 16,777,216.
     pub height: u32,
-    /// X11 window to draw into; 0 draws offscreen.
-    pub window: u32,
+    /// Window system of `window`.
+    pub window_system: BusbarViewWindowSystemNumber,
     /// Age of the picture's values from which it is not live and hatched, milliseconds; 0 for 500.
     /// Where frames take longer, the limit is two frame times, at most 900 ms. A window is covered
     /// at most 50 ms later, on a machine with a CPU to spare.
@@ -160,6 +289,8 @@ pub struct BusbarViewOptions {
     pub hung_millis: u32,
     /// Longest delay before a viewer that keeps ending is started again, milliseconds; 0 for 5000.
     pub max_restart_millis: u32,
+    /// Window to draw into, as its system names windows; 0 without a system.
+    pub window: u64,
     /// Path of the configuration, UTF-8.
     pub config: *const c_char,
     /// Path of the program `busbar`; null looks for it in PATH.
@@ -175,27 +306,39 @@ pub struct BusbarViewOptions {
 pub struct BusbarViewEvent {
     /// Size of this struct, bytes; set it before the call.
     pub struct_size: u32,
-    /// Kind of the event: BUSBAR_VIEW_READY and so on.
-    pub kind: u32,
-    /// State, by the kind of the event.
-    pub state: u32,
+    /// Kind of the event.
+    pub kind: BusbarViewEventKind,
     /// Events dropped for want of room since the last one; events of alarms are never dropped.
     pub dropped: u32,
-    /// Time by the kind of the event, nanoseconds since 1970-01-01 UTC.
-    pub unix_nanos: i64,
-    /// Number, by the kind of the event.
-    pub number: f64,
-    /// Origins, a sum of BUSBAR_VIEW_SUBSTITUTED and so on; 0 for a live value, and for other kinds of event.
+    /// Liveness of the picture.
+    pub liveness: BusbarViewLiveness,
+    /// State of the alarm.
+    pub alarm_state: BusbarViewAlarmState,
+    /// Action that the operator asks for.
+    pub alarm_action: BusbarViewAlarmAction,
+    /// Shelving time that the operator asks for, seconds.
+    pub shelve_seconds: u32,
+    /// Quality of the tag's value.
+    pub quality: BusbarViewQuality,
+    /// Origins, a sum of BUSBAR_VIEW_ORIGIN_SUBSTITUTED and so on; 0 for a live value.
     pub origins: u32,
+    /// Verdict on the equipment.
+    pub verdict: BusbarViewVerdict,
+    /// Number 1 where the verdict rests on a default.
+    pub is_assumed: u32,
     /// Reserved field, always 0.
     pub reserved: u32,
+    /// Time since which the alarm is in its state, nanoseconds since 1970-01-01 UTC.
+    pub unix_nanos: i64,
     /// Position of the camera, world space in metres.
     pub eye: [f32; 3],
     /// Point that the camera looks at, world space in metres.
     pub target: [f32; 3],
-    /// Identifier, by the kind of the event.
+    /// Identifier of the equipment, alarm, tag, plugin instance or configuration.
     pub id: *const c_char,
-    /// Text, by the kind of the event.
+    /// Plugin instance that gives the verdict.
+    pub overlay: *const c_char,
+    /// Text for people, by the kind of the event.
     pub text: *const c_char,
 }
 
@@ -205,8 +348,8 @@ pub struct BusbarViewEvent {
 pub struct BusbarViewFrame {
     /// Size of this struct, bytes; set it before the call.
     pub struct_size: u32,
-    /// Liveness of the picture: BUSBAR_VIEW_LIVE, BUSBAR_VIEW_LATE or BUSBAR_VIEW_DEAD.
-    pub state: u32,
+    /// Liveness of the picture.
+    pub liveness: BusbarViewLiveness,
     /// Width of the picture, pixels; 0 where there is no picture yet.
     pub width: u32,
     /// Height of the picture, pixels.
@@ -237,13 +380,13 @@ pub struct BusbarViewFrame {
 pub struct BusbarViewTag {
     /// Id of the tag, UTF-8.
     pub id: *const c_char,
-    /// Kind of the value: BUSBAR_VIEW_F64 and so on.
-    pub kind: u32,
-    /// Quality of the value: BUSBAR_VIEW_GOOD, BUSBAR_VIEW_UNCERTAIN or BUSBAR_VIEW_BAD.
-    pub quality: u32,
+    /// Kind of the value.
+    pub kind: BusbarViewValueKindNumber,
+    /// Quality of the value.
+    pub quality: BusbarViewQualityNumber,
     /// Source timestamp, nanoseconds since 1970-01-01 UTC, or BUSBAR_VIEW_NO_TIME.
     pub source_unix_nanos: i64,
-    /// Value of kind BUSBAR_VIEW_F64.
+    /// Value of kind BUSBAR_VIEW_VALUE_KIND_F64.
     pub number: f64,
     /// Value of the other kinds.
     pub integer: i64,

@@ -3,7 +3,7 @@
 //! Every function may be called on any thread, except that nothing may be called on a view
 //! while or after it is closed. None waits for the viewer or for a disk.
 
-use std::ffi::c_void;
+use std::ffi::{CStr, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -16,6 +16,12 @@ use crate::abi::*;
 use crate::strings::from_c;
 use crate::view::{BusbarView, Callback};
 
+impl From<BusbarStatus> for i32 {
+    fn from(status: BusbarStatus) -> Self {
+        status as Self
+    }
+}
+
 /// Default program name of the viewer.
 const PROGRAM: &str = "busbar";
 const SILENT_MILLIS: u32 = 500;
@@ -25,17 +31,20 @@ const MAX_RESTART_MILLIS: u32 = 5000;
 const MIN_SILENT_MILLIS: u32 = 100;
 
 /// Runs a call; a panic in it becomes a status and never reaches C.
-pub(crate) fn guarded(call: impl FnOnce() -> i32) -> i32 {
-    catch_unwind(AssertUnwindSafe(call)).unwrap_or(BUSBAR_VIEW_FAULT)
+pub(crate) fn guarded<T: From<BusbarStatus>>(call: impl FnOnce() -> T) -> T {
+    catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|_| BusbarStatus::Fault.into())
 }
 
 /// Runs a call with a view, after a null check.
 ///
 /// # Safety
 /// `view` is null or from [`busbar_view_open`] and not closed.
-pub(crate) unsafe fn with(view: *const BusbarView, call: impl FnOnce(&BusbarView) -> i32) -> i32 {
+pub(crate) unsafe fn with<T: From<BusbarStatus>>(
+    view: *const BusbarView,
+    call: impl FnOnce(&BusbarView) -> T,
+) -> T {
     // SAFETY: the caller's.
-    let Some(view) = (unsafe { view.as_ref() }) else { return BUSBAR_VIEW_INVALID };
+    let Some(view) = (unsafe { view.as_ref() }) else { return BusbarStatus::Invalid.into() };
     guarded(|| call(view))
 }
 
@@ -45,10 +54,28 @@ pub extern "C" fn busbar_view_abi() -> u32 {
     BUSBAR_VIEW_ABI
 }
 
-/// Opens a view and starts its viewer, a process of its own. `*view` is yours: close it. A fault of
-/// the configuration arrives as BUSBAR_VIEW_ERROR; the viewer is then started again with growing
-/// delays. The library has one thread a view, two for one in a window, and must not be unloaded.
-/// Returns BUSBAR_VIEW_OK, INVALID or SYSTEM; `*view` is then null.
+/// Returns the text of a status for people, which is never null and never freed. A number that is
+/// no status has one too.
+#[unsafe(no_mangle)]
+pub extern "C" fn busbar_status_text(status: BusbarStatusNumber) -> *const c_char {
+    const TEXTS: [(BusbarStatus, &CStr); 5] = [
+        (BusbarStatus::Ok, c"success"),
+        (
+            BusbarStatus::Invalid,
+            c"an argument is null, too small, too large, not UTF-8 or not finite",
+        ),
+        (BusbarStatus::Full, c"the command queue is full: try again later"),
+        (BusbarStatus::System, c"the system has no descriptor, memory or thread left"),
+        (BusbarStatus::Fault, c"internal fault of the library: close the view"),
+    ];
+    let text = TEXTS.iter().find(|(known, _)| *known as i32 == status);
+    text.map_or(c"not a status of this library", |(_, text)| text).as_ptr()
+}
+
+/// Opens a view and starts its viewer, a process of its own. `*view` is yours: close it; after a
+/// failure it is null. A fault of the configuration arrives as BUSBAR_VIEW_EVENT_KIND_ERROR; the
+/// viewer is then started again with growing delays. The library has one thread a view, two for one
+/// in a window, and must not be unloaded.
 ///
 /// # Safety
 /// `options` points to a struct as its `struct_size` says, with texts that end with a zero
@@ -57,16 +84,16 @@ pub extern "C" fn busbar_view_abi() -> u32 {
 pub unsafe extern "C" fn busbar_view_open(
     options: *const BusbarViewOptions,
     view: *mut *mut BusbarView,
-) -> i32 {
+) -> BusbarStatus {
     if view.is_null() || !view.is_aligned() || options.is_null() || !options.is_aligned() {
-        return BUSBAR_VIEW_INVALID;
+        return BusbarStatus::Invalid;
     }
     // SAFETY: the caller's, and checked as far as can be.
     unsafe { view.write(std::ptr::null_mut()) };
     // SAFETY: the first field is there in any case; the rest is read only where the size says so.
     let struct_size = unsafe { (*options).struct_size } as usize;
     if struct_size < size_of::<BusbarViewOptions>() {
-        return BUSBAR_VIEW_INVALID;
+        return BusbarStatus::Invalid;
     }
     // SAFETY: as large as it must be.
     let options = unsafe { options.read() };
@@ -77,7 +104,7 @@ pub unsafe extern "C" fn busbar_view_open(
             Ok(opened) => {
                 // SAFETY: as above.
                 unsafe { view.write(Box::into_raw(Box::new(opened))) };
-                BUSBAR_VIEW_OK
+                BusbarStatus::Ok
             }
             Err(status) => status,
         }
@@ -86,28 +113,25 @@ pub unsafe extern "C" fn busbar_view_open(
 
 /// # Safety
 /// The options' texts are null or end with a zero byte.
-unsafe fn parse(options: &BusbarViewOptions) -> Result<Options, i32> {
+unsafe fn parse(options: &BusbarViewOptions) -> Result<Options, BusbarStatus> {
     let or = |value: u32, usual: u32| if value == 0 { usual } else { value };
     let (size, silent) =
         ([options.width, options.height], or(options.silent_millis, SILENT_MILLIS));
     let hung = or(options.hung_millis, HUNG_MILLIS.max(silent));
     // SAFETY: the caller's.
     let config = unsafe { from_c(options.config) }.filter(|config| !config.is_empty());
-    let config = config.and_then(absolute).ok_or(BUSBAR_VIEW_INVALID)?;
+    let config = config.and_then(absolute).ok_or(BusbarStatus::Invalid)?;
     let is_valid = picture_bytes(size).is_some()
-        && options.flags & !BUSBAR_VIEW_PANELS == 0
+        && options.flags & !BUSBAR_VIEW_FLAG_PANELS == 0
         && silent >= MIN_SILENT_MILLIS
         && hung >= silent;
     if !is_valid {
-        return Err(BUSBAR_VIEW_INVALID);
+        return Err(BusbarStatus::Invalid);
     }
-    let target = match options.window {
-        0 => Target::Offscreen,
-        window => Target::Window(window),
-    };
-    let optional = |text: *const std::ffi::c_char| {
+    let target = target(options).ok_or(BusbarStatus::Invalid)?;
+    let optional = |text: *const c_char| {
         // SAFETY: the caller's.
-        (!text.is_null()).then(|| unsafe { from_c(text) }.ok_or(BUSBAR_VIEW_INVALID)).transpose()
+        (!text.is_null()).then(|| unsafe { from_c(text) }.ok_or(BusbarStatus::Invalid)).transpose()
     };
     let millis = |millis: u32| Duration::from_millis(u64::from(millis));
     Ok(Options {
@@ -115,12 +139,21 @@ unsafe fn parse(options: &BusbarViewOptions) -> Result<Options, i32> {
         config,
         target,
         size,
-        panels: options.flags & BUSBAR_VIEW_PANELS != 0,
+        panels: options.flags & BUSBAR_VIEW_FLAG_PANELS != 0,
         operator: optional(options.operator_name)?.unwrap_or_default().to_owned(),
         silent: millis(silent),
         hung: millis(hung),
         longest_delay: millis(or(options.max_restart_millis, MAX_RESTART_MILLIS)),
     })
+}
+
+/// Returns the target of the options' window; none where its system does not have such a window.
+fn target(options: &BusbarViewOptions) -> Option<Target> {
+    match (BusbarViewWindowSystem::from_number(options.window_system)?, options.window) {
+        (BusbarViewWindowSystem::None, 0) => Some(Target::Offscreen),
+        (BusbarViewWindowSystem::X11, 1..) => options.window.try_into().ok().map(Target::Window),
+        _ => None,
+    }
 }
 
 /// Returns an absolute path, which a process in another folder finds.
@@ -130,7 +163,8 @@ pub(crate) fn absolute(path: &str) -> Option<String> {
 }
 
 /// Closes a view; its viewer ends by itself soon after. No callback runs after this; one that runs
-/// on another thread is waited for. A null view is no fault.
+/// on another thread is waited for. A null view is no fault. No other call on the view may be under
+/// way or come later, and the call may not come from its own callback.
 ///
 /// # Safety
 /// `view` is null or from [`busbar_view_open`]; no other call on it is under way or comes
@@ -142,7 +176,7 @@ pub unsafe extern "C" fn busbar_view_close(view: *mut BusbarView) {
         let view = unsafe { Box::from_raw(view) };
         guarded(|| {
             drop(view);
-            BUSBAR_VIEW_OK
+            BusbarStatus::Ok
         });
     }
 }
@@ -160,7 +194,7 @@ pub unsafe extern "C" fn busbar_view_descriptor(view: *const BusbarView) -> i32 
 }
 
 /// Takes the next event: 1 where there is one, 0 where none waits, below 0 a status. Set
-/// `event->struct_size` first. Its texts stay valid until the next call.
+/// `event->struct_size` first. Its texts stay valid until the next call. One thread at a time.
 ///
 /// # Safety
 /// `view` is null or open; `event` points to a struct as its `struct_size` says. One thread
@@ -172,7 +206,7 @@ pub unsafe extern "C" fn busbar_view_next_event(
 ) -> i32 {
     // SAFETY: the caller's; the first field is there in any case.
     if !unsafe { fits(event.cast(), event.is_aligned(), size_of::<BusbarViewEvent>()) } {
-        return BUSBAR_VIEW_INVALID;
+        return BusbarStatus::Invalid as i32;
     }
     let take = |view: &BusbarView| {
         let Some(mut taken) = view.take_event() else { return 0 };
@@ -197,7 +231,9 @@ unsafe fn fits(to: *const u32, is_aligned: bool, size: usize) -> bool {
 
 /// Sets the callback for events; null for none. With `on_own_thread` 0 the callback runs within
 /// busbar_view_dispatch alone. Otherwise the view's own thread calls it at once. It must not take
-/// long there: the viewer is not supervised meanwhile.
+/// long there: the viewer is not supervised meanwhile. `context` must be valid until another
+/// callback is set or the view is closed. Not to be called from a callback on the view's own
+/// thread.
 ///
 /// # Safety
 /// `view` is null or open; `callback` can be called with `context` until another is set or
@@ -208,10 +244,10 @@ pub unsafe extern "C" fn busbar_view_set_callback(
     callback: BusbarViewCallback,
     context: *mut c_void,
     on_own_thread: i32,
-) -> i32 {
+) -> BusbarStatus {
     let set = |view: &BusbarView| {
         view.set_callback(Callback { function: callback, context }, on_own_thread != 0);
-        BUSBAR_VIEW_OK
+        BusbarStatus::Ok
     };
     // SAFETY: the caller's.
     unsafe { with(view, set) }
@@ -230,7 +266,7 @@ pub unsafe extern "C" fn busbar_view_dispatch(view: *const BusbarView) -> i32 {
 
 /// Returns the newest picture of a view without a window. The result is 1 where it differs from
 /// that of the call before, 0 where it does not, below 0 a status. Set `frame->struct_size` first.
-/// The library marks a picture that is old: see BUSBAR_VIEW_DEAD and BUSBAR_VIEW_LATE.
+/// One thread at a time. The library marks a picture that is old: see BusbarViewLiveness.
 ///
 /// # Safety
 /// `view` is null or open; `frame` points to a struct as its `struct_size` says. One thread
@@ -242,7 +278,7 @@ pub unsafe extern "C" fn busbar_view_frame(
 ) -> i32 {
     // SAFETY: the caller's; the first field is there in any case.
     if !unsafe { fits(frame.cast(), frame.is_aligned(), size_of::<BusbarViewFrame>()) } {
-        return BUSBAR_VIEW_INVALID;
+        return BusbarStatus::Invalid as i32;
     }
     let give = |view: &BusbarView| {
         let given = view.view.frame();
@@ -263,10 +299,10 @@ fn to_frame(given: &FrameView, struct_size: u32) -> BusbarViewFrame {
     let ([width, height], damage) = (given.info.size, given.info.damage);
     BusbarViewFrame {
         struct_size,
-        state: match given.state {
-            PictureState::Live => BUSBAR_VIEW_LIVE,
-            PictureState::Late => BUSBAR_VIEW_LATE,
-            PictureState::Dead => BUSBAR_VIEW_DEAD,
+        liveness: match given.state {
+            PictureState::Live => BusbarViewLiveness::Live,
+            PictureState::Late => BusbarViewLiveness::Late,
+            PictureState::Dead => BusbarViewLiveness::Dead,
         },
         width,
         height,
@@ -284,7 +320,7 @@ fn to_frame(given: &FrameView, struct_size: u32) -> BusbarViewFrame {
 fn no_frame(struct_size: u32) -> BusbarViewFrame {
     BusbarViewFrame {
         struct_size,
-        state: BUSBAR_VIEW_DEAD,
+        liveness: BusbarViewLiveness::Dead,
         width: 0,
         height: 0,
         stride: 0,

@@ -1,6 +1,5 @@
-//! C functions that command a viewer. Each returns BUSBAR_VIEW_OK, INVALID or FULL at once; a
-//! refusal of the viewer arrives as BUSBAR_VIEW_ERROR. A command given while no viewer runs is
-//! executed when one is back.
+//! C functions that command a viewer. Each returns its status at once; a refusal of the viewer
+//! arrives as an event. A command given while no viewer runs is executed when one is back.
 
 use std::ffi::c_char;
 
@@ -20,17 +19,17 @@ use crate::view::BusbarView;
 ///
 /// # Safety
 /// `view` is null or open.
-unsafe fn ask(view: *const BusbarView, command: Option<Command>) -> i32 {
+unsafe fn ask(view: *const BusbarView, command: Option<Command>) -> BusbarStatus {
     let send = |view: &BusbarView| match command.filter(|command| command.check().is_ok()) {
         Some(command) => status(view.view.command(command)),
-        None => BUSBAR_VIEW_INVALID,
+        None => BusbarStatus::Invalid,
     };
     // SAFETY: the caller's.
     unsafe { with(view, send) }
 }
 
-fn status(result: Result<(), OutboxFull>) -> i32 {
-    result.map_or(BUSBAR_VIEW_FULL, |()| BUSBAR_VIEW_OK)
+fn status(result: Result<(), OutboxFull>) -> BusbarStatus {
+    result.map_or(BusbarStatus::Full, |()| BusbarStatus::Ok)
 }
 
 /// # Safety
@@ -49,7 +48,7 @@ pub unsafe extern "C" fn busbar_view_resize(
     view: *const BusbarView,
     width: u32,
     height: u32,
-) -> i32 {
+) -> BusbarStatus {
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::Resize([width, height]))) }
 }
@@ -59,7 +58,10 @@ pub unsafe extern "C" fn busbar_view_resize(
 /// # Safety
 /// `view` is null or open.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_set_visible(view: *const BusbarView, visible: i32) -> i32 {
+pub unsafe extern "C" fn busbar_view_set_visible(
+    view: *const BusbarView,
+    visible: i32,
+) -> BusbarStatus {
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::SetVisible(visible != 0))) }
 }
@@ -72,7 +74,7 @@ pub unsafe extern "C" fn busbar_view_set_visible(view: *const BusbarView, visibl
 pub unsafe extern "C" fn busbar_view_use_camera(
     view: *const BusbarView,
     name: *const c_char,
-) -> i32 {
+) -> BusbarStatus {
     // SAFETY: the caller's.
     unsafe { ask(view, named(name, Command::UseCamera)) }
 }
@@ -86,9 +88,9 @@ pub unsafe extern "C" fn busbar_view_look(
     view: *const BusbarView,
     eye: *const f32,
     target: *const f32,
-) -> i32 {
+) -> BusbarStatus {
     if eye.is_null() || target.is_null() || !eye.is_aligned() || !target.is_aligned() {
-        return BUSBAR_VIEW_INVALID;
+        return BusbarStatus::Invalid;
     }
     // SAFETY: the caller's.
     let (eye, target) =
@@ -103,7 +105,10 @@ pub unsafe extern "C" fn busbar_view_look(
 /// # Safety
 /// `view` is null or open; `id` null or a text.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_focus(view: *const BusbarView, id: *const c_char) -> i32 {
+pub unsafe extern "C" fn busbar_view_focus(
+    view: *const BusbarView,
+    id: *const c_char,
+) -> BusbarStatus {
     // SAFETY: the caller's.
     unsafe { ask(view, named(id, Command::Focus)) }
 }
@@ -113,7 +118,10 @@ pub unsafe extern "C" fn busbar_view_focus(view: *const BusbarView, id: *const c
 /// # Safety
 /// `view` is null or open.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_set_theta(view: *const BusbarView, theta: f64) -> i32 {
+pub unsafe extern "C" fn busbar_view_set_theta(
+    view: *const BusbarView,
+    theta: f64,
+) -> BusbarStatus {
     let theta = (theta >= 0.0 || theta.is_nan()).then_some(theta);
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::SetTheta(theta))) }
@@ -128,7 +136,7 @@ pub unsafe extern "C" fn busbar_view_set_layer(
     view: *const BusbarView,
     layer: *const c_char,
     shown: i32,
-) -> i32 {
+) -> BusbarStatus {
     // SAFETY: the caller's.
     let layer = unsafe { from_c(layer) };
     let command = layer.map(|l| Command::SetLayer { layer: l.to_owned(), shown: shown != 0 });
@@ -146,9 +154,9 @@ pub unsafe extern "C" fn busbar_view_set_tags(
     view: *const BusbarView,
     tags: *const BusbarViewTag,
     count: usize,
-) -> i32 {
+) -> BusbarStatus {
     if tags.is_null() || !tags.is_aligned() || count > MAX_TAGS_A_MESSAGE {
-        return BUSBAR_VIEW_INVALID;
+        return BusbarStatus::Invalid;
     }
     // SAFETY: the caller's.
     let tags = unsafe { std::slice::from_raw_parts(tags, count) };
@@ -164,19 +172,17 @@ pub unsafe extern "C" fn busbar_view_set_tags(
 unsafe fn update(tag: &BusbarViewTag, sent_at: u64) -> Option<TagUpdate> {
     // SAFETY: the caller's.
     let id = unsafe { from_c(tag.id) }?;
-    let value = match tag.kind {
-        BUSBAR_VIEW_F64 => Some(Value::F64(tag.number)),
-        BUSBAR_VIEW_I64 => Some(Value::I64(tag.integer)),
-        BUSBAR_VIEW_BOOL => Some(Value::Bool(tag.integer != 0)),
-        BUSBAR_VIEW_DOUBLE_POINT => Some(Value::DoublePoint(position(tag.integer)?)),
-        BUSBAR_VIEW_NO_VALUE => None,
-        _ => return None,
+    let value = match BusbarViewValueKind::from_number(tag.kind)? {
+        BusbarViewValueKind::F64 => Some(Value::F64(tag.number)),
+        BusbarViewValueKind::I64 => Some(Value::I64(tag.integer)),
+        BusbarViewValueKind::Bool => Some(Value::Bool(tag.integer != 0)),
+        BusbarViewValueKind::DoublePoint => Some(Value::DoublePoint(position(tag.integer)?)),
+        BusbarViewValueKind::None => None,
     };
-    let quality = match tag.quality {
-        BUSBAR_VIEW_GOOD => QualityLevel::Good,
-        BUSBAR_VIEW_UNCERTAIN => QualityLevel::Uncertain,
-        BUSBAR_VIEW_BAD => QualityLevel::Bad,
-        _ => return None,
+    let quality = match BusbarViewQuality::from_number(tag.quality)? {
+        BusbarViewQuality::Good => QualityLevel::Good,
+        BusbarViewQuality::Uncertain => QualityLevel::Uncertain,
+        BusbarViewQuality::Bad => QualityLevel::Bad,
     };
     let is_known = tag.source_unix_nanos != BUSBAR_VIEW_NO_TIME;
     let source_time = is_known.then_some(tag.source_unix_nanos);
@@ -187,8 +193,8 @@ fn position(number: i64) -> Option<DoublePoint> {
     u64::try_from(number).ok().filter(|bits| *bits <= 3).map(DoublePoint::from_bits)
 }
 
-/// Applies an operator's action to an alarm: BUSBAR_VIEW_ACKNOWLEDGE and so on. `seconds` is the
-/// shelving time. A null `operator_name` stands for that of the options.
+/// Applies an operator's action to an alarm. `shelve_seconds` is the shelving time. A null
+/// `operator_name` stands for that of the options.
 ///
 /// # Safety
 /// `view` is null or open; texts are null or texts.
@@ -196,16 +202,16 @@ fn position(number: i64) -> Option<DoublePoint> {
 pub unsafe extern "C" fn busbar_view_act_on_alarm(
     view: *const BusbarView,
     alarm: *const c_char,
-    action: u32,
-    seconds: u32,
+    action: BusbarViewAlarmActionNumber,
+    shelve_seconds: u32,
     operator_name: *const c_char,
-) -> i32 {
-    let action = match action {
-        BUSBAR_VIEW_ACKNOWLEDGE => AlarmRequest::Acknowledge,
-        BUSBAR_VIEW_SHELVE => AlarmRequest::Shelve(seconds),
-        BUSBAR_VIEW_UNSHELVE => AlarmRequest::Unshelve,
-        BUSBAR_VIEW_RESET => AlarmRequest::Reset,
-        _ => return BUSBAR_VIEW_INVALID,
+) -> BusbarStatus {
+    let action = match BusbarViewAlarmAction::from_number(action) {
+        Some(BusbarViewAlarmAction::Acknowledge) => AlarmRequest::Acknowledge,
+        Some(BusbarViewAlarmAction::Shelve) => AlarmRequest::Shelve(shelve_seconds),
+        Some(BusbarViewAlarmAction::Unshelve) => AlarmRequest::Unshelve,
+        Some(BusbarViewAlarmAction::Reset) => AlarmRequest::Reset,
+        Some(BusbarViewAlarmAction::None) | None => return BusbarStatus::Invalid,
     };
     // SAFETY: the caller's.
     let alarm = unsafe { from_c(alarm) };
@@ -220,7 +226,7 @@ pub unsafe extern "C" fn busbar_view_act_on_alarm(
     unsafe { ask(view, command) }
 }
 
-/// Sets an alarm that your program decides on ("mirrored") to a state, 'A' to 'I' by IEC 62682.
+/// Sets an alarm that your program decides on ("mirrored") to a state.
 ///
 /// # Safety
 /// `view` is null or open; `alarm` null or a text.
@@ -228,11 +234,12 @@ pub unsafe extern "C" fn busbar_view_act_on_alarm(
 pub unsafe extern "C" fn busbar_view_mirror_alarm(
     view: *const BusbarView,
     alarm: *const c_char,
-    state: c_char,
-) -> i32 {
+    state: BusbarViewAlarmStateNumber,
+) -> BusbarStatus {
     // SAFETY: the caller's.
     let alarm = unsafe { from_c(alarm) };
-    let state = AlarmState::from_letter(char::from(state as u8));
+    let known = BusbarViewAlarmState::from_number(state);
+    let state = known.and_then(|state| AlarmState::from_letter(char::from(state as u8)));
     let command = alarm
         .zip(state)
         .map(|(alarm, state)| Command::MirrorAlarm { alarm: alarm.to_owned(), state });
@@ -246,20 +253,26 @@ pub unsafe extern "C" fn busbar_view_mirror_alarm(
 /// # Safety
 /// `view` is null or open.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_set_time(view: *const BusbarView, unix_nanos: i64) -> i32 {
+pub unsafe extern "C" fn busbar_view_set_time(
+    view: *const BusbarView,
+    unix_nanos: i64,
+) -> BusbarStatus {
     let time = (unix_nanos != BUSBAR_VIEW_NO_TIME).then_some(unix_nanos);
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::SetTime(time))) }
 }
 
 /// Loads a configuration, or null for the present one, anew. The present scene stays until the new
-/// one is loaded without a fault (BUSBAR_VIEW_RELOADED). It stays for good where the new one has a
-/// fault (BUSBAR_VIEW_ERROR).
+/// one is loaded without a fault (BUSBAR_VIEW_EVENT_KIND_RELOADED). It stays for good where the new
+/// one has a fault (BUSBAR_VIEW_EVENT_KIND_ERROR).
 ///
 /// # Safety
 /// `view` is null or open; `config` null or a text.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_reload(view: *const BusbarView, config: *const c_char) -> i32 {
+pub unsafe extern "C" fn busbar_view_reload(
+    view: *const BusbarView,
+    config: *const c_char,
+) -> BusbarStatus {
     let reload = |view: &BusbarView| {
         let config = match config.is_null() {
             true => Some(view.view.config()),
@@ -268,48 +281,48 @@ pub unsafe extern "C" fn busbar_view_reload(view: *const BusbarView, config: *co
         };
         match config.map(Command::Reload).filter(|command| command.check().is_ok()) {
             Some(command) => status(view.view.command(command)),
-            None => BUSBAR_VIEW_INVALID,
+            None => BusbarStatus::Invalid,
         }
     };
     // SAFETY: the caller's.
     unsafe { with(view, reload) }
 }
 
-/// Selects the equipment at a pixel, which a BUSBAR_VIEW_PICKED reports.
+/// Selects the equipment at a pixel, which a BUSBAR_VIEW_EVENT_KIND_PICKED reports.
 ///
 /// # Safety
 /// `view` is null or open.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn busbar_view_pick(view: *const BusbarView, x: u32, y: u32) -> i32 {
+pub unsafe extern "C" fn busbar_view_pick(view: *const BusbarView, x: u32, y: u32) -> BusbarStatus {
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::Pick([x, y]))) }
 }
 
-/// Sends pointer input over the picture of a view without a window: BUSBAR_VIEW_MOVED and so on. x
-/// and y are in pixels from the top left; `button` is 1 the left, 2 the middle, 3 the right one;
-/// `steps` are those of the wheel.
+/// Sends pointer input over the picture of a view without a window. `x` and `y` are in pixels from
+/// the top left; `button` is 1 the left, 2 the middle, 3 the right one; `steps` are those of the
+/// wheel.
 ///
 /// # Safety
 /// `view` is null or open.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn busbar_view_point(
     view: *const BusbarView,
-    what: u32,
+    input: BusbarViewPointerNumber,
     x: f32,
     y: f32,
     button: u32,
     steps: f32,
-) -> i32 {
+) -> BusbarStatus {
     let at = [x, y];
-    let pressed = what == BUSBAR_VIEW_PRESSED;
-    let pointing = match (what, button) {
-        (BUSBAR_VIEW_MOVED, _) => PointerEvent::Moved(at),
-        (BUSBAR_VIEW_PRESSED | BUSBAR_VIEW_RELEASED, 1..=3) => {
+    let pointing = match (BusbarViewPointer::from_number(input), button) {
+        (Some(BusbarViewPointer::Moved), _) => PointerEvent::Moved(at),
+        (Some(input @ (BusbarViewPointer::Pressed | BusbarViewPointer::Released)), 1..=3) => {
+            let pressed = input == BusbarViewPointer::Pressed;
             PointerEvent::Button { at, button: button as u8, pressed }
         }
-        (BUSBAR_VIEW_SCROLLED, _) => PointerEvent::Scrolled(steps),
-        (BUSBAR_VIEW_LEFT, _) => PointerEvent::Left,
-        _ => return BUSBAR_VIEW_INVALID,
+        (Some(BusbarViewPointer::Scrolled), _) => PointerEvent::Scrolled(steps),
+        (Some(BusbarViewPointer::Left), _) => PointerEvent::Left,
+        _ => return BusbarStatus::Invalid,
     };
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::Pointer(pointing))) }

@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use busbar_client::{Event, Options, View};
 use busbar_protocol::message::{AlarmRequest, EquipmentVerdict, TagSnapshot};
-use busbar_types::{Origin, QualityLevel};
+use busbar_types::{AlarmState, Origin, QualityLevel};
 
 use crate::abi::*;
 use crate::strings::to_c;
@@ -36,6 +36,7 @@ unsafe impl Send for Callback {}
 #[derive(Default)]
 struct EventTexts {
     id: CString,
+    overlay: CString,
     text: CString,
 }
 
@@ -44,8 +45,8 @@ impl BusbarView {
     ///
     /// # Errors
     /// No descriptors or no thread left.
-    pub(crate) fn open(options: Options) -> Result<Self, i32> {
-        let view = View::open(options).map_err(|_| BUSBAR_VIEW_SYSTEM)?;
+    pub(crate) fn open(options: Options) -> Result<Self, BusbarStatus> {
+        let view = View::open(options).map_err(|_| BusbarStatus::System)?;
         let callback = Callback { function: None, context: std::ptr::null_mut() };
         Ok(Self { view, callback: Mutex::new(callback), held: Mutex::default() })
     }
@@ -99,102 +100,117 @@ fn call_back(callback: Callback, events: &mut dyn Iterator<Item = (Event, u32)>)
 
 /// Converts an event to its C struct.
 fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEvent {
+    use BusbarViewEventKind as Kind;
     let mut told = BusbarViewEvent {
         struct_size: size_of::<BusbarViewEvent>() as u32,
-        kind: 0,
-        state: 0,
+        kind: Kind::Ready,
         dropped,
-        unix_nanos: 0,
-        number: 0.0,
+        liveness: BusbarViewLiveness::Live,
+        alarm_state: BusbarViewAlarmState::None,
+        alarm_action: BusbarViewAlarmAction::None,
+        shelve_seconds: 0,
+        quality: BusbarViewQuality::Good,
         origins: 0,
+        verdict: BusbarViewVerdict::Normal,
+        is_assumed: 0,
         reserved: 0,
+        unix_nanos: 0,
         eye: [0.0; 3],
         target: [0.0; 3],
         id: std::ptr::null(),
+        overlay: std::ptr::null(),
         text: std::ptr::null(),
     };
     let none = String::new();
+    let mut overlay = String::new();
     let (kind, id, text) = match event {
-        Event::Ready { device } => (BUSBAR_VIEW_READY, none, device),
-        Event::Frame => (BUSBAR_VIEW_FRAME, none.clone(), none),
-        Event::Picked(id) => (BUSBAR_VIEW_PICKED, id, none),
-        Event::Hovered(id) => (BUSBAR_VIEW_HOVERED, id, none),
+        Event::Ready { device } => (Kind::Ready, none, device),
+        Event::Frame => (Kind::Frame, none.clone(), none),
+        Event::Picked(id) => (Kind::Picked, id, none),
+        Event::Hovered(id) => (Kind::Hovered, id, none),
         Event::Camera(pose) => {
             (told.eye, told.target) = (pose.eye, pose.target);
-            (BUSBAR_VIEW_CAMERA, none.clone(), none)
+            (Kind::Camera, none.clone(), none)
         }
         Event::Alarm(snapshot) => {
-            told.state = snapshot.state.letter().into();
+            told.alarm_state = alarm_state(snapshot.state);
             told.unix_nanos = snapshot.since;
-            (BUSBAR_VIEW_ALARM, snapshot.alarm, none)
+            (Kind::Alarm, snapshot.alarm, none)
         }
         Event::AlarmRequested { alarm, action } => {
-            (told.state, told.number) = action_number(action);
-            (BUSBAR_VIEW_ASKED, alarm, none)
+            (told.alarm_action, told.shelve_seconds) = alarm_action(action);
+            (Kind::ActionRequested, alarm, none)
         }
         Event::Quality(TagSnapshot { tag, quality, origin, reason }) => {
-            told.state = quality_number(quality);
+            told.quality = self::quality(quality);
             told.origins = origin_bits(origin);
-            (BUSBAR_VIEW_QUALITY, tag, reason)
+            (Kind::Quality, tag, reason)
         }
         Event::Verdict(snapshot) => {
-            told.state = verdict_number(snapshot.verdict);
-            told.number = f64::from(u8::from(snapshot.is_assumed));
-            let text = format!("{}\n{}", snapshot.overlay, snapshot.reason);
-            (BUSBAR_VIEW_VERDICT, snapshot.equipment, text)
+            told.verdict = verdict(snapshot.verdict);
+            told.is_assumed = snapshot.is_assumed.into();
+            overlay = snapshot.overlay;
+            (Kind::Verdict, snapshot.equipment, snapshot.reason)
         }
-        Event::Plugin { plugin, state } => (BUSBAR_VIEW_PLUGIN, plugin, state),
-        Event::Error(words) | Event::Failed(words) => (BUSBAR_VIEW_ERROR, none, words),
+        Event::Plugin { plugin, state } => (Kind::Plugin, plugin, state),
+        Event::Error(words) | Event::Failed(words) => (Kind::Error, none, words),
         Event::Lost(how) => {
-            told.state = BUSBAR_VIEW_DEAD;
-            (BUSBAR_VIEW_LOST, none, how)
+            told.liveness = BusbarViewLiveness::Dead;
+            (Kind::Lost, none, how)
         }
         Event::Late(how) => {
-            told.state = BUSBAR_VIEW_LATE;
-            (BUSBAR_VIEW_LOST, none, how)
+            told.liveness = BusbarViewLiveness::Late;
+            (Kind::Lost, none, how)
         }
-        Event::Recovered { how, .. } => (BUSBAR_VIEW_RECOVERED, none, how),
-        Event::Reloaded(config) => (BUSBAR_VIEW_RELOADED, config, none),
+        Event::Recovered { how, .. } => (Kind::Recovered, none, how),
+        Event::Reloaded(config) => (Kind::Reloaded, config, none),
     };
-    *held = EventTexts { id: to_c(&id), text: to_c(&text) };
-    (told.kind, told.id, told.text) = (kind, held.id.as_ptr(), held.text.as_ptr());
+    *held = EventTexts { id: to_c(&id), overlay: to_c(&overlay), text: to_c(&text) };
+    told.kind = kind;
+    (told.id, told.overlay, told.text) =
+        (held.id.as_ptr(), held.overlay.as_ptr(), held.text.as_ptr());
     told
 }
 
-fn quality_number(quality: QualityLevel) -> u32 {
+/// Converts a state, whose number in C is its letter.
+fn alarm_state(state: AlarmState) -> BusbarViewAlarmState {
+    BusbarViewAlarmState::from_number(state.letter().into()).unwrap_or(BusbarViewAlarmState::None)
+}
+
+fn quality(quality: QualityLevel) -> BusbarViewQuality {
     match quality {
-        QualityLevel::Good => BUSBAR_VIEW_GOOD,
-        QualityLevel::Uncertain => BUSBAR_VIEW_UNCERTAIN,
-        QualityLevel::Bad => BUSBAR_VIEW_BAD,
+        QualityLevel::Good => BusbarViewQuality::Good,
+        QualityLevel::Uncertain => BusbarViewQuality::Uncertain,
+        QualityLevel::Bad => BusbarViewQuality::Bad,
     }
 }
 
 fn origin_bits(origin: Origin) -> u32 {
     let bits = [
-        (Origin::SUBSTITUTED, BUSBAR_VIEW_SUBSTITUTED),
-        (Origin::TEST, BUSBAR_VIEW_TEST),
-        (Origin::SIMULATED, BUSBAR_VIEW_SIMULATED),
-        (Origin::RECORDED, BUSBAR_VIEW_RECORDED),
-        (Origin::HISTORICAL, BUSBAR_VIEW_HISTORICAL),
+        (Origin::SUBSTITUTED, BUSBAR_VIEW_ORIGIN_SUBSTITUTED),
+        (Origin::TEST, BUSBAR_VIEW_ORIGIN_TEST),
+        (Origin::SIMULATED, BUSBAR_VIEW_ORIGIN_SIMULATED),
+        (Origin::RECORDED, BUSBAR_VIEW_ORIGIN_RECORDED),
+        (Origin::HISTORICAL, BUSBAR_VIEW_ORIGIN_HISTORICAL),
     ];
     bits.into_iter().filter(|(one, _)| origin.contains(*one)).fold(0, |all, (_, bit)| all | bit)
 }
 
-fn verdict_number(verdict: EquipmentVerdict) -> u32 {
+fn verdict(verdict: EquipmentVerdict) -> BusbarViewVerdict {
     match verdict {
-        EquipmentVerdict::Normal => BUSBAR_VIEW_NORMAL,
-        EquipmentVerdict::Abnormal => BUSBAR_VIEW_ABNORMAL,
-        EquipmentVerdict::Unknown => BUSBAR_VIEW_UNKNOWN,
-        EquipmentVerdict::UnknownAfterAbnormal => BUSBAR_VIEW_UNKNOWN_AFTER_ABNORMAL,
+        EquipmentVerdict::Normal => BusbarViewVerdict::Normal,
+        EquipmentVerdict::Abnormal => BusbarViewVerdict::Abnormal,
+        EquipmentVerdict::Unknown => BusbarViewVerdict::Unknown,
+        EquipmentVerdict::UnknownAfterAbnormal => BusbarViewVerdict::UnknownAfterAbnormal,
     }
 }
 
-/// Returns the number of an action in the C ABI, with the shelving time in seconds.
-fn action_number(action: AlarmRequest) -> (u32, f64) {
+/// Converts an action, with the shelving time in seconds.
+fn alarm_action(action: AlarmRequest) -> (BusbarViewAlarmAction, u32) {
     match action {
-        AlarmRequest::Acknowledge => (BUSBAR_VIEW_ACKNOWLEDGE, 0.0),
-        AlarmRequest::Shelve(seconds) => (BUSBAR_VIEW_SHELVE, f64::from(seconds)),
-        AlarmRequest::Unshelve => (BUSBAR_VIEW_UNSHELVE, 0.0),
-        AlarmRequest::Reset => (BUSBAR_VIEW_RESET, 0.0),
+        AlarmRequest::Acknowledge => (BusbarViewAlarmAction::Acknowledge, 0),
+        AlarmRequest::Shelve(seconds) => (BusbarViewAlarmAction::Shelve, seconds),
+        AlarmRequest::Unshelve => (BusbarViewAlarmAction::Unshelve, 0),
+        AlarmRequest::Reset => (BusbarViewAlarmAction::Reset, 0),
     }
 }

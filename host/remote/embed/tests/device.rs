@@ -30,7 +30,7 @@ fn a_lost_device_is_not_seen_but_as_a_pause() {
     let library = built(built_folder().join("libvulkan_faults.so"));
     let mut times = Vec::new();
     for number in 0..losses {
-        let scene = scene();
+        let scene = scene_of_one_label();
         let struck = scene.path("struck");
         let mut environment = Command::new("busbar");
         install(&mut environment, &library, &scene.path("")).expect("it can be written");
@@ -52,7 +52,7 @@ fn a_lost_device_is_not_seen_but_as_a_pause() {
         host.turn();
         host.wait_for_frame("as before", |frame| {
             let is_after = SystemTime::now() - frame.age > at;
-            is_after && frame.state == BUSBAR_VIEW_LIVE && frame.pixels == before.pixels
+            is_after && frame.liveness == BusbarViewLiveness::Live && frame.pixels == before.pixels
         });
         times.push(at.elapsed().unwrap_or(Duration::ZERO));
         assert_eq!(host.viewer(), viewer, "the viewer itself goes on");

@@ -42,7 +42,7 @@ struct Times {
 fn a_program_outlives_its_viewers() {
     let scene = scene();
     let mut host = Host::open_with(&scene, |options| options.max_restart_millis = 1);
-    host.wait_for(BUSBAR_VIEW_READY);
+    host.wait_for(BusbarViewEventKind::Ready);
     host.set_tag(TOP_OIL, 120.0);
     shelve(&mut host);
     let correct = host.arrive();
@@ -87,54 +87,56 @@ fn fault(host: &mut Host, signal: Signal, correct: &Shown, times: &mut Times) {
     host.events.clear();
     strike(viewer, signal);
     let struck = Instant::now();
-    let dead = host.wait_for_frame("that is dead", |frame| frame.state == BUSBAR_VIEW_DEAD);
+    let dead =
+        host.wait_for_frame("that is dead", |frame| frame.liveness == BusbarViewLiveness::Dead);
     let until_dead = struck.elapsed();
     assert!(looks_dead(&dead), "{signal:?}: a dead picture looks live");
     assert_eq!(dead.damage, [0, 0, 640, 360], "all of it is drawn anew");
     assert!(until_dead < MAX_UNNOTICED, "{signal:?}: live for {until_dead:?}");
-    host.wait_for(BUSBAR_VIEW_LOST);
+    host.wait_for(BusbarViewEventKind::Lost);
     host.wait_for_frame("that is correct again", |frame| {
-        frame.state == BUSBAR_VIEW_LIVE && frame.pixels == correct.pixels
+        frame.liveness == BusbarViewLiveness::Live && frame.pixels == correct.pixels
     });
     times.until_correct.push(struck.elapsed());
     times.until_dead.push(until_dead);
-    host.wait_for(BUSBAR_VIEW_RECOVERED);
+    host.wait_for(BusbarViewEventKind::Recovered);
     assert_ne!(host.viewer(), viewer, "it is another process");
-    let shelved = |e: &Happened| e.kind == BUSBAR_VIEW_ALARM && e.id == ALARM;
+    let shelved = |e: &Happened| e.kind == BusbarViewEventKind::Alarm && e.id == ALARM;
     let alarm = host.wait("state of the alarm", shelved);
-    assert_eq!(alarm.state, u32::from(b'G'), "the shelf outlives the viewer");
+    assert_eq!(alarm.alarm_state, BusbarViewAlarmState::Shelved, "the shelf outlives the viewer");
 }
 
 fn shelve(host: &mut Host) {
     let alarm = std::ffi::CString::new(ALARM).expect("no zero byte in it");
     let of_alarm =
-        |state: u8| move |e: &Happened| e.kind == BUSBAR_VIEW_ALARM && e.state == u32::from(state);
-    host.wait("alarm", of_alarm(b'B'));
+        |state| move |e: &Happened| e.kind == BusbarViewEventKind::Alarm && e.alarm_state == state;
+    host.wait("alarm", of_alarm(BusbarViewAlarmState::Unacknowledged));
     let shelve = |view| {
-        let (action, nobody) = (BUSBAR_VIEW_SHELVE, std::ptr::null());
+        let (action, nobody) = (BusbarViewAlarmAction::Shelve as u32, std::ptr::null());
         // SAFETY: an open view and texts that end.
         unsafe {
             busbar::commands::busbar_view_act_on_alarm(view, alarm.as_ptr(), action, 3000, nobody)
         }
     };
-    assert_eq!(host.call(shelve), BUSBAR_VIEW_OK);
-    host.wait("shelved alarm", of_alarm(b'G'));
+    assert_eq!(host.call(shelve), BusbarStatus::Ok);
+    host.wait("shelved alarm", of_alarm(BusbarViewAlarmState::Shelved));
 }
 
 #[test]
 fn a_viewer_that_goes_on_in_time_is_not_started_again() {
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = Host::open_with(&scene, |options| options.hung_millis = 20_000);
     let before = host.look_around();
     let viewer = host.viewer();
     strike(viewer, Signal::STOP);
-    host.wait_for(BUSBAR_VIEW_LOST);
-    let dead = host.wait_for_frame("that is dead", |frame| frame.state == BUSBAR_VIEW_DEAD);
+    host.wait_for(BusbarViewEventKind::Lost);
+    let dead =
+        host.wait_for_frame("that is dead", |frame| frame.liveness == BusbarViewLiveness::Dead);
     assert!(looks_dead(&dead));
     strike(viewer, Signal::CONT);
-    host.wait_for(BUSBAR_VIEW_RECOVERED);
+    host.wait_for(BusbarViewEventKind::Recovered);
     host.wait_for_frame("as before", |frame| {
-        frame.state == BUSBAR_VIEW_LIVE && frame.pixels == before.pixels
+        frame.liveness == BusbarViewLiveness::Live && frame.pixels == before.pixels
     });
     assert_eq!(host.viewer(), viewer);
 }
@@ -143,7 +145,7 @@ fn a_viewer_that_goes_on_in_time_is_not_started_again() {
 fn a_view_ends_with_its_program() {
     let scene = scene();
     let mut host = Host::open(&scene);
-    host.wait_for(BUSBAR_VIEW_READY);
+    host.wait_for(BusbarViewEventKind::Ready);
     let viewer = host.viewer();
     drop(host);
     let process = format!("/proc/{viewer}");

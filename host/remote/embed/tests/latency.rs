@@ -52,7 +52,7 @@ fn frame_times(host: &mut Host) -> Vec<Duration> {
         let look = |view| unsafe {
             busbar::commands::busbar_view_look(view, eye.as_ptr(), [0.0, 3.0, 0.0].as_ptr())
         };
-        assert_eq!(host.call(look), BUSBAR_VIEW_OK);
+        assert_eq!(host.call(look), BusbarStatus::Ok);
         let next = host.wait_for_frame("after it", |frame| frame.sequence != sequence);
         sequence = next.sequence;
         times.push(last.elapsed());

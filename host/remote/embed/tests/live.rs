@@ -90,8 +90,8 @@ fn check_busy(name: &str, host: &mut Host, surface: &mut impl Surface) {
     let took = start.elapsed();
     keep(&surface.look(host).expect("there is one"), &format!("{name}_busy"));
     drop(load);
-    let lost = |state| {
-        let is_lost = |e: &&Happened| e.kind == BUSBAR_VIEW_LOST && e.state == state;
+    let lost = |liveness| {
+        let is_lost = |e: &&Happened| e.kind == BusbarViewEventKind::Lost && e.liveness == liveness;
         host.events.iter().filter(is_lost).count()
     };
     let Findings { looks, live, unread, longest } = findings;
@@ -99,8 +99,8 @@ fn check_busy(name: &str, host: &mut Host, surface: &mut impl Surface) {
         "{name}, {LOAD} busy processes, {took:.1?}: an old picture passed for live for \
          {longest:?} at most; {looks} looks, {live} of them live, {unread} unread; late {} \
          times, lost {} times; longest call {:?}",
-        lost(BUSBAR_VIEW_LATE),
-        lost(BUSBAR_VIEW_DEAD),
+        lost(BusbarViewLiveness::Late),
+        lost(BusbarViewLiveness::Dead),
         host.longest_call,
     );
     assert_eq!(host.viewer(), viewer, "a viewer that made progress was ended");
@@ -113,18 +113,18 @@ fn check_busy(name: &str, host: &mut Host, surface: &mut impl Surface) {
 
 #[test]
 fn memory_under_signals() {
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = Host::open_with(&scene, |options| options.max_restart_millis = 1);
-    host.wait_for(BUSBAR_VIEW_READY);
+    host.wait_for(BusbarViewEventKind::Ready);
     host.arrive();
     check_signals("memory", &mut host, &mut SharedMemory);
 }
 
 #[test]
 fn memory_beside_busy_processes() {
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = Host::open(&scene);
-    host.wait_for(BUSBAR_VIEW_READY);
+    host.wait_for(BusbarViewEventKind::Ready);
     host.arrive();
     check_busy("memory", &mut host, &mut SharedMemory);
 }
@@ -132,17 +132,17 @@ fn memory_beside_busy_processes() {
 #[test]
 fn window_under_signals() {
     let Some(mut window) = X11Window::open() else { return };
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = window.host(&scene);
-    host.wait_for(BUSBAR_VIEW_READY);
+    host.wait_for(BusbarViewEventKind::Ready);
     check_signals("window", &mut host, &mut window);
 }
 
 #[test]
 fn window_beside_busy_processes() {
     let Some(mut window) = X11Window::open() else { return };
-    let scene = scene();
+    let scene = scene_of_one_label();
     let mut host = window.host(&scene);
-    host.wait_for(BUSBAR_VIEW_READY);
+    host.wait_for(BusbarViewEventKind::Ready);
     check_busy("window", &mut host, &mut window);
 }

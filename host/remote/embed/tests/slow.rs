@@ -119,7 +119,7 @@ fn open(part: &str) -> Host {
     let config = std::ffi::CString::new("/none.json").expect("no zero byte");
     let program = std::ffi::CString::new(path.to_str().expect("UTF-8")).expect("no zero byte");
     let mut host = Host::open_program(&config, &program, [SIZE[0], SIZE[1]]);
-    host.wait_for(BUSBAR_VIEW_READY);
+    host.wait_for(BusbarViewEventKind::Ready);
     host
 }
 
@@ -147,11 +147,11 @@ fn follow(host: &mut Host, time: Duration) -> Course {
             break;
         }
         let Some(frame) = host.frame() else { continue };
-        match frame.state {
-            BUSBAR_VIEW_LIVE => course.oldest_live = course.oldest_live.max(frame.age),
-            state => {
-                course.late += u32::from(state == BUSBAR_VIEW_LATE);
-                course.dead += u32::from(state == BUSBAR_VIEW_DEAD);
+        match frame.liveness {
+            BusbarViewLiveness::Live => course.oldest_live = course.oldest_live.max(frame.age),
+            liveness => {
+                course.late += u32::from(liveness == BusbarViewLiveness::Late);
+                course.dead += u32::from(liveness == BusbarViewLiveness::Dead);
                 course.unmarked += u32::from(!looks_dead(&frame));
             }
         }
@@ -175,7 +175,7 @@ fn check(part: &str, time: Duration, ended: Option<Duration>) -> Course {
         }
         (Some(_), None) => panic!("{part}: it is not ended"),
     }
-    host.wait("loss or lateness", |event| event.kind == BUSBAR_VIEW_LOST);
+    host.wait("loss or lateness", |event| event.kind == BusbarViewEventKind::Lost);
     course
 }
 

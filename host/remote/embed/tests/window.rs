@@ -46,29 +46,37 @@ fn a_key_that_acknowledges_asks_the_program_whose_alarm_it_is() {
     let program = program_with(&scene, environment.env("DISPLAY", &display.name));
     let mut host = Host::open_with(&scene, |options| {
         options.program = program.as_ptr();
-        options.window = number;
+        options.window_system = BusbarViewWindowSystem::X11 as u32;
+        options.window = number.into();
     });
-    host.wait_for(BUSBAR_VIEW_READY);
+    host.wait_for(BusbarViewEventKind::Ready);
     assert!(host.frame().is_none(), "the picture is in the window");
     let alarm = CString::new(MIRRORED).expect("no zero byte in it");
     // SAFETY: an open view and a text.
-    let mirror = |view| unsafe { busbar_view_mirror_alarm(view, alarm.as_ptr(), b'B' as _) };
-    assert_eq!(host.call(mirror), BUSBAR_VIEW_OK);
-    let of_alarm = |e: &Happened| e.kind == BUSBAR_VIEW_ALARM && e.id == MIRRORED;
-    assert_eq!(host.wait("alarm", of_alarm).state, u32::from(b'B'));
+    let mirror = |view| unsafe {
+        busbar_view_mirror_alarm(view, alarm.as_ptr(), BusbarViewAlarmState::Unacknowledged as u32)
+    };
+    assert_eq!(host.call(mirror), BusbarStatus::Ok);
+    let of_alarm = |e: &Happened| e.kind == BusbarViewEventKind::Alarm && e.id == MIRRORED;
+    assert_eq!(host.wait("alarm", of_alarm).alarm_state, BusbarViewAlarmState::Unacknowledged);
 
     // The next alarm, and acknowledge it: until the keys get through.
     let keys = "search --onlyvisible --name ^Busbar$ windowfocus key F8 sleep 0.3 key F9";
     let mut hand = Command::new("sh");
     let loops = format!("while xdotool {keys}; do sleep 0.5; done");
     let hand = Process::start(hand.args(["-c", &loops]).env("DISPLAY", &display.name));
-    let asked = host.wait_for(BUSBAR_VIEW_ASKED);
-    assert_eq!((asked.id.as_str(), asked.state), (MIRRORED, BUSBAR_VIEW_ACKNOWLEDGE));
+    let asked = host.wait_for(BusbarViewEventKind::ActionRequested);
+    assert_eq!(
+        (asked.id.as_str(), asked.alarm_action),
+        (MIRRORED, BusbarViewAlarmAction::Acknowledge)
+    );
     drop(hand);
     // It is the program's: nothing has changed before that says so.
     assert!(!host.events.iter().any(of_alarm), "{:?}", host.events);
     // SAFETY: an open view and a text.
-    let mirror = |view| unsafe { busbar_view_mirror_alarm(view, alarm.as_ptr(), b'C' as _) };
-    assert_eq!(host.call(mirror), BUSBAR_VIEW_OK);
-    assert_eq!(host.wait("alarm", of_alarm).state, u32::from(b'C'));
+    let mirror = |view| unsafe {
+        busbar_view_mirror_alarm(view, alarm.as_ptr(), BusbarViewAlarmState::Acknowledged as u32)
+    };
+    assert_eq!(host.call(mirror), BusbarStatus::Ok);
+    assert_eq!(host.wait("alarm", of_alarm).alarm_state, BusbarViewAlarmState::Acknowledged);
 }

@@ -7,6 +7,7 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::str::FromStr;
 
+use data_encoding::HEXLOWER;
 use hmac::{Hmac, KeyInit, Mac};
 use rustix::fs::OFlags;
 use sha2::{Digest, Sha256};
@@ -28,7 +29,7 @@ pub(crate) struct Digest256([u8; DIGEST_BYTES]);
 
 impl fmt::Display for Digest256 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+        HEXLOWER.encode_display(&self.0).fmt(f)
     }
 }
 
@@ -43,18 +44,11 @@ impl FromStr for Digest256 {
 
     /// Parses 64 lower-case hexadecimal digits and nothing else: each value has one text.
     fn from_str(text: &str) -> Result<Self, ()> {
-        let digit = |byte: u8| match byte {
-            b'0'..=b'9' => Ok(byte - b'0'),
-            b'a'..=b'f' => Ok(byte - b'a' + 10),
-            _ => Err(()),
-        };
         let mut bytes = [0; DIGEST_BYTES];
         if text.len() != 2 * DIGEST_BYTES {
             return Err(());
         }
-        for (byte, digits) in bytes.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
-            *byte = digit(digits[0])? << 4 | digit(digits[1])?;
-        }
+        HEXLOWER.decode_mut(text.as_bytes(), &mut bytes).map_err(|_| ())?;
         Ok(Self(bytes))
     }
 }

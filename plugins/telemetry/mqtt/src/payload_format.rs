@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use data_encoding::HEXLOWER_PERMISSIVE;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -243,13 +244,8 @@ fn without_prefix(text: &str) -> Option<&str> {
 fn bytes_of_hex(text: &[u8]) -> Option<Vec<u8>> {
     let text = std::str::from_utf8(text).ok()?.trim();
     let text = without_prefix(text).unwrap_or(text);
-    let digits: Vec<u32> = text
-        .chars()
-        .filter(|c| !" _:-".contains(*c))
-        .map(|c| c.to_digit(16))
-        .collect::<Option<_>>()?;
-    let is_whole = digits.len().is_multiple_of(2);
-    is_whole.then(|| digits.chunks(2).map(|pair| (pair[0] << 4 | pair[1]) as u8).collect())
+    let digits: String = text.chars().filter(|c| !" _:-".contains(*c)).collect();
+    HEXLOWER_PERMISSIVE.decode(digits.as_bytes()).ok()
 }
 
 #[cfg(test)]

@@ -7,6 +7,8 @@
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use busbar::abi::BusbarViewLiveness;
+
 use super::{Host, TOP_OIL, save};
 
 /// Values of the tag, all within the limits of its equipment.
@@ -211,7 +213,7 @@ pub(crate) fn keep(seen: &Seen, name: &str) {
     save(
         &super::Shown {
             is_new: true,
-            state: 0,
+            liveness: BusbarViewLiveness::Live,
             size: [seen.width as u32, height as u32],
             damage: [0; 4],
             age: Duration::ZERO,

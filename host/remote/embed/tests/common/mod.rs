@@ -55,6 +55,17 @@ pub(crate) fn scene() -> Scene {
     scene
 }
 
+/// The demo with one label. Labels keep the places to which others drove them: this one stands
+/// where it stood, whatever was written on it meanwhile.
+pub(crate) fn scene_of_one_label() -> Scene {
+    let mut scene = scene();
+    let bindings = scene.config["bindings"].as_array_mut().expect("an array");
+    let node = bindings.iter().find(|binding| binding["tag"] == TOP_OIL).expect("it is bound");
+    let node = node["node"].clone();
+    bindings.retain(|binding| binding["node"] == node);
+    scene
+}
+
 /// A view, whose every call is timed.
 pub(crate) struct Host {
     pub(crate) view: *mut BusbarView,
@@ -68,8 +79,11 @@ pub(crate) struct Host {
 /// Copy of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Happened {
-    pub(crate) kind: u32,
-    pub(crate) state: u32,
+    pub(crate) kind: BusbarViewEventKind,
+    pub(crate) liveness: BusbarViewLiveness,
+    pub(crate) alarm_state: BusbarViewAlarmState,
+    pub(crate) alarm_action: BusbarViewAlarmAction,
+    pub(crate) quality: BusbarViewQuality,
     pub(crate) id: String,
     pub(crate) text: String,
     pub(crate) origins: u32,
@@ -82,7 +96,7 @@ pub(crate) struct Happened {
 #[derive(Clone)]
 pub(crate) struct Shown {
     pub(crate) is_new: bool,
-    pub(crate) state: u32,
+    pub(crate) liveness: BusbarViewLiveness,
     pub(crate) size: [u32; 2],
     pub(crate) damage: [u32; 4],
     pub(crate) age: Duration,
@@ -109,10 +123,11 @@ impl Host {
             flags: 0,
             width: 640,
             height: 360,
-            window: 0,
+            window_system: BusbarViewWindowSystem::None as u32,
             silent_millis: 0,
             hung_millis: 0,
             max_restart_millis: 0,
+            window: 0,
             config: config.as_ptr(),
             program: program.as_ptr(),
             operator_name: c"operator 1".as_ptr(),
@@ -122,10 +137,10 @@ impl Host {
         let tags = scene.config["tags"].as_object().expect("an object");
         let set = |(id, tag): (&String, &Value)| {
             let kind = match tag["type"].as_str() {
-                Some("bool") => BUSBAR_VIEW_BOOL,
-                Some("i64") => BUSBAR_VIEW_I64,
-                Some("double_point") => BUSBAR_VIEW_DOUBLE_POINT,
-                _ => BUSBAR_VIEW_F64,
+                Some("bool") => BusbarViewValueKind::Bool as u32,
+                Some("i64") => BusbarViewValueKind::I64 as u32,
+                Some("double_point") => BusbarViewValueKind::DoublePoint as u32,
+                _ => BusbarViewValueKind::F64 as u32,
             };
             let id = CString::new(id.as_str()).expect("no zero byte in it");
             (tag["set_by_host"] == true).then_some((id, usual(tag), kind))
@@ -141,10 +156,11 @@ impl Host {
             flags: 0,
             width,
             height,
-            window: 0,
+            window_system: BusbarViewWindowSystem::None as u32,
             silent_millis: 0,
             hung_millis: 0,
             max_restart_millis: 0,
+            window: 0,
             config: config.as_ptr(),
             program: program.as_ptr(),
             operator_name: null(),
@@ -155,7 +171,7 @@ impl Host {
         let mut view = null_mut();
         // SAFETY: as the header says.
         let status = unsafe { busbar_view_open(options, &mut view) };
-        assert_eq!(status, BUSBAR_VIEW_OK);
+        assert_eq!(status, BusbarStatus::Ok);
         let (tags, events) = (Vec::new(), Vec::new());
         Self { view, tags, said: None, longest_call: Duration::ZERO, events }
     }
@@ -185,16 +201,20 @@ impl Host {
         let tag = |(id, value, kind): &(CString, f64, u32)| BusbarViewTag {
             id: id.as_ptr(),
             kind: *kind,
-            quality: BUSBAR_VIEW_GOOD,
+            quality: BusbarViewQuality::Good as u32,
             source_unix_nanos: BUSBAR_VIEW_NO_TIME,
             number: *value,
-            integer: if *kind == BUSBAR_VIEW_DOUBLE_POINT { 2 } else { *value as i64 },
+            integer: if *kind == BusbarViewValueKind::DoublePoint as u32 {
+                2
+            } else {
+                *value as i64
+            },
         };
         let tags: Vec<_> = self.tags.iter().map(tag).collect();
         // SAFETY: as the header says.
         let status =
             self.call(|view| unsafe { busbar_view_set_tags(view, tags.as_ptr(), tags.len()) });
-        assert_eq!(status, BUSBAR_VIEW_OK);
+        assert_eq!(status, BusbarStatus::Ok);
         self.said = Some(Instant::now());
     }
 
@@ -228,15 +248,15 @@ impl Host {
     }
 
     #[track_caller]
-    pub(crate) fn wait_for(&mut self, kind: u32) -> Happened {
-        self.wait(&format!("event of kind {kind}"), |event| event.kind == kind)
+    pub(crate) fn wait_for(&mut self, kind: BusbarViewEventKind) -> Happened {
+        self.wait(&format!("event of kind {kind:?}"), |event| event.kind == kind)
     }
 
     /// Returns the present picture; none before the first.
     pub(crate) fn frame(&mut self) -> Option<Shown> {
         let mut frame = BusbarViewFrame {
             struct_size: size_of::<BusbarViewFrame>() as u32,
-            state: 0,
+            liveness: BusbarViewLiveness::Live,
             width: 0,
             height: 0,
             stride: 0,
@@ -261,7 +281,7 @@ impl Host {
         let pixels = unsafe { std::slice::from_raw_parts(frame.pixels, bytes) }.to_vec();
         Some(Shown {
             is_new: status == 1,
-            state: frame.state,
+            liveness: frame.liveness,
             size: [frame.width, frame.height],
             damage: [frame.damage_x, frame.damage_y, frame.damage_width, frame.damage_height],
             age: Duration::from_millis(u64::from(frame.age_millis)),
@@ -292,7 +312,7 @@ impl Host {
             self.turn();
             assert!(start.elapsed() < PATIENCE, "no live picture");
             // One that is late is hatched, and says nothing of the scene.
-            let frame = self.frame().filter(|frame| frame.state == BUSBAR_VIEW_LIVE);
+            let frame = self.frame().filter(|frame| frame.liveness == BusbarViewLiveness::Live);
             let Some(frame) = frame else { continue };
             match &last {
                 Some((before, since)) if before.pixels == frame.pixels => {
@@ -316,7 +336,9 @@ impl Host {
     #[track_caller]
     pub(crate) fn look_around(&mut self) -> Shown {
         self.wait("good tag", |e| {
-            e.kind == BUSBAR_VIEW_QUALITY && e.id == TOP_OIL && e.state == BUSBAR_VIEW_GOOD
+            e.kind == BusbarViewEventKind::Quality
+                && e.id == TOP_OIL
+                && e.quality == BusbarViewQuality::Good
         });
         self.arrive()
     }
@@ -327,7 +349,7 @@ impl Host {
         let (eye, target) = ([40.0_f32, 25.0, 30.0], [0.0_f32, 3.0, 0.0]);
         // SAFETY: an open view and three numbers each.
         let look = |view| unsafe { busbar_view_look(view, eye.as_ptr(), target.as_ptr()) };
-        assert_eq!(self.call(look), BUSBAR_VIEW_OK);
+        assert_eq!(self.call(look), BusbarStatus::Ok);
         self.wait_for_calm()
     }
 
@@ -357,7 +379,10 @@ impl Happened {
         let text = |text| unsafe { CStr::from_ptr(text) }.to_str().expect("it is UTF-8").to_owned();
         Self {
             kind: event.kind,
-            state: event.state,
+            liveness: event.liveness,
+            alarm_state: event.alarm_state,
+            alarm_action: event.alarm_action,
+            quality: event.quality,
             id: text(event.id),
             text: text(event.text),
             origins: event.origins,
@@ -371,16 +396,22 @@ impl Happened {
 pub(crate) fn no_event() -> BusbarViewEvent {
     BusbarViewEvent {
         struct_size: size_of::<BusbarViewEvent>() as u32,
-        kind: 0,
-        state: 0,
+        kind: BusbarViewEventKind::Ready,
         dropped: 0,
-        unix_nanos: 0,
-        number: 0.0,
+        liveness: BusbarViewLiveness::Live,
+        alarm_state: BusbarViewAlarmState::None,
+        alarm_action: BusbarViewAlarmAction::None,
+        shelve_seconds: 0,
+        quality: BusbarViewQuality::Good,
         origins: 0,
+        verdict: BusbarViewVerdict::Normal,
+        is_assumed: 0,
         reserved: 0,
+        unix_nanos: 0,
         eye: [0.0; 3],
         target: [0.0; 3],
         id: null(),
+        overlay: null(),
         text: null(),
     }
 }

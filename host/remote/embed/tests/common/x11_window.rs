@@ -4,6 +4,7 @@
 use std::ffi::CString;
 use std::process::Command;
 
+use busbar::abi::BusbarViewWindowSystem;
 use e2e::Scene;
 use e2e::display::Display;
 use x11rb::connection::Connection;
@@ -62,7 +63,8 @@ impl X11Window {
         let program = self.program(scene);
         Host::open_with(scene, |options| {
             options.program = program.as_ptr();
-            options.window = self.window;
+            options.window_system = BusbarViewWindowSystem::X11 as u32;
+            options.window = self.window.into();
         })
     }
 
