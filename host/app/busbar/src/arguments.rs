@@ -5,8 +5,8 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use busbar_plugin_host::FaultKind;
 use busbar_point_import::{ListEncoding, PluginInstance};
+use busbar_types::FaultKind;
 use busbar_web::Origin;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use busbar_commands::{SimulatedDevice, SimulatedDevices};
-use busbar_plugin_host::{FaultKind, Simulation};
+use busbar_plugin_host::Simulation;
+use busbar_types::FaultKind;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 

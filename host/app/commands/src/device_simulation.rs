@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
-use busbar_config::{Config, LinkFaultKind, ScenarioConfig, SimulatedShape, TagConfig};
+use busbar_config::{Config, ScenarioConfig, TagConfig};
 use busbar_plugin_host::{
-    DeviceScenario, FaultKind, PluginError, Shape, SimulatedBehavior, SimulatedEvent,
-    SimulatedLinkFault, SimulatedTag, Simulation, SimulationStatus,
+    DeviceScenario, PluginError, SimulatedBehavior, SimulatedEvent, SimulatedLinkFault,
+    SimulatedTag, Simulation, SimulationStatus,
 };
 use busbar_plugin_process::{Plugin, RunningSimulator, SimulatorRegistration};
 use busbar_scene_loader::{
@@ -195,15 +195,7 @@ fn device_scenario(
     });
     let own = scenario.link_faults.iter().filter(|fault| fault.plugin == name);
     let link_faults = own.map(|fault| SimulatedLinkFault {
-        kind: match fault.kind {
-            LinkFaultKind::LinkLoss => FaultKind::LinkLoss,
-            LinkFaultKind::Slow => FaultKind::Slow,
-            LinkFaultKind::HalfOpen => FaultKind::HalfOpen,
-            LinkFaultKind::Reset => FaultKind::Reset,
-            LinkFaultKind::Garbage => FaultKind::Garbage,
-            LinkFaultKind::Late => FaultKind::Late,
-            LinkFaultKind::ClockJump => FaultKind::ClockJump,
-        },
+        kind: fault.kind,
         at_seconds: fault.at_seconds,
         for_seconds: fault.for_seconds,
     });
@@ -220,13 +212,7 @@ fn behavior(tag: &TagConfig) -> SimulatedBehavior {
     let simulate = &tag.simulate;
     let [factor, offset] = scale(tag);
     SimulatedBehavior {
-        shape: match simulate.shape {
-            SimulatedShape::Constant => Shape::Constant,
-            SimulatedShape::Sine => Shape::Sine,
-            SimulatedShape::Walk => Shape::Walk,
-            SimulatedShape::Steps => Shape::Steps,
-            SimulatedShape::Counter => Shape::Counter,
-        },
+        shape: simulate.shape,
         base: (simulate.base - offset) / factor,
         amplitude: (simulate.amplitude / factor).abs(),
         period: Duration::from_secs_f64(simulate.period_seconds),

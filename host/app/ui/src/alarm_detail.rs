@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use busbar_types::AlarmAction;
 use egui::{Button, Label, RichText, ScrollArea, Ui};
 
-use crate::{AlarmAction, AlarmDetail, AlarmModel, Command, origin_mark, theme};
+use crate::{AlarmDetail, AlarmModel, Command, origin_mark, theme};
 
 /// Shelving times to choose from, minutes, with their captions.
 const SHELVES: [(u64, &str); 4] = [(15, "15 min"), (60, "1 h"), (240, "4 h"), (480, "8 h")];

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use busbar_types::AlarmAction;
 use egui::{Context, Event, Key, Modifiers};
 
-use crate::{AlarmAction, AlarmModel, AlarmRows, Command};
+use crate::{AlarmModel, AlarmRows, Command};
 
 /// Shelving time of the F10 key, limited by the configuration.
 const SHELF: Duration = Duration::from_secs(30 * 60);

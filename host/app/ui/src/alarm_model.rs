@@ -2,24 +2,8 @@
 
 use std::time::Duration;
 
-/// Operator action on an alarm (IEC 62682).
-pub use busbar_alarms::Action as AlarmAction;
-use busbar_tags::Origin;
+use busbar_types::{Origin, Priority};
 use egui::Pos2;
-
-/// Alarm priority (IEC 62682), the most urgent first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum AlarmPriority {
-    /// Immediate action is required.
-    Critical,
-    /// Prompt action is required.
-    High,
-    /// Action is required soon.
-    #[default]
-    Medium,
-    /// Action when time permits.
-    Low,
-}
 
 /// List that the alarm panel shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -93,7 +77,7 @@ pub struct AlarmRow {
     /// Alarm message for the operator.
     pub message: String,
     /// Priority of the alarm.
-    pub priority: AlarmPriority,
+    pub priority: Priority,
     /// State name after IEC 62682.
     pub state: &'static str,
     /// True until an operator acknowledges the alarm.
@@ -163,7 +147,7 @@ pub struct AlarmMarker {
     /// Screen position of the equipment, points.
     pub anchor: Pos2,
     /// The most urgent of its alarms.
-    pub priority: AlarmPriority,
+    pub priority: Priority,
     /// True if at least one of its alarms is unacknowledged.
     pub is_unacknowledged: bool,
     /// True if the state of all its alarms is uncertain.
@@ -172,19 +156,4 @@ pub struct AlarmMarker {
     pub count: usize,
     /// Origins of the values that they rest on.
     pub origin: Origin,
-}
-
-impl AlarmPriority {
-    /// All priorities, the most urgent first.
-    pub const ALL: [Self; 4] = [Self::Critical, Self::High, Self::Medium, Self::Low];
-
-    /// `critical`, `high`, `medium` or `low`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Critical => "critical",
-            Self::High => "high",
-            Self::Medium => "medium",
-            Self::Low => "low",
-        }
-    }
 }

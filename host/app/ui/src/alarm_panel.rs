@@ -1,14 +1,14 @@
 //! Alarm panel: alarm list, suppressed alarms, audit log.
 
-use busbar_tags::Origin;
+use busbar_types::{AlarmAction, Origin, Priority};
 use egui::{Align, Align2, Layout, Rect, Response};
 use egui::{Button, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
 
 use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::view_model::age_text;
 use crate::{
-    AlarmAction, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows, Command, ValueMark,
-    alarm_detail, alarm_source_status, hatch, origin_mark, theme,
+    AlarmList, AlarmModel, AlarmRow, AlarmRows, Command, ValueMark, alarm_detail,
+    alarm_source_status, hatch, origin_mark, theme,
 };
 
 /// Height of a row, points.
@@ -72,7 +72,7 @@ fn head(ui: &mut Ui, model: &AlarmModel, seen: &[u32], commands: &mut Vec<Comman
         }
     }
     ui.separator();
-    for (priority, [unacknowledged, all]) in AlarmPriority::ALL.into_iter().zip(model.counts) {
+    for (priority, [unacknowledged, all]) in Priority::ALL.into_iter().zip(model.counts) {
         let (place, response) = ui.allocate_exact_size(Vec2::splat(20.0), Sense::hover());
         let symbol = AlarmSymbol { priority, is_active: all > 0, has_ring: false };
         alarm_symbol::paint(ui.painter(), place.center(), MARK_RADIUS, symbol);

@@ -3,9 +3,10 @@
 //! A filled symbol is active, a hollow one has cleared. A ring flashes around an unacknowledged
 //! alarm at 1 Hz at most; IEC 62682 leaves the rate open.
 
+use busbar_types::Priority;
 use egui::{Align2, Color32, Painter, Pos2, Shape, Stroke, Ui, pos2};
 
-use crate::{AlarmPriority, theme};
+use crate::theme;
 
 /// Seconds from one flash to the next.
 const FLASH_SECONDS: f64 = 1.0;
@@ -13,7 +14,7 @@ const FLASH_SECONDS: f64 = 1.0;
 /// Symbol of an alarm: shape by priority, fill and ring by state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AlarmSymbol {
-    pub(crate) priority: AlarmPriority,
+    pub(crate) priority: Priority,
     pub(crate) is_active: bool,
     /// True in the phase in which the flashing ring is drawn.
     pub(crate) has_ring: bool,
@@ -57,8 +58,8 @@ pub(crate) fn paint(painter: &Painter, center: Pos2, radius: f32, symbol: AlarmS
     let number = (symbol.priority as usize + 1).to_string();
     // The middle of a triangle lies lower or higher than that of its circle.
     let shift = match symbol.priority {
-        AlarmPriority::High => radius * 0.16,
-        AlarmPriority::Medium => -radius * 0.16,
+        Priority::High => radius * 0.16,
+        Priority::Medium => -radius * 0.16,
         _ => 0.0,
     };
     let at = center + egui::vec2(0.0, shift);
@@ -67,22 +68,22 @@ pub(crate) fn paint(painter: &Painter, center: Pos2, radius: f32, symbol: AlarmS
 }
 
 /// The shape of a priority: diamond, triangle, triangle upside down; a circle has none.
-fn corners(priority: AlarmPriority, center: Pos2, radius: f32) -> Vec<Pos2> {
+fn corners(priority: Priority, center: Pos2, radius: f32) -> Vec<Pos2> {
     let at = |x: f32, y: f32| pos2(center.x + x * radius, center.y + y * radius);
     match priority {
-        AlarmPriority::Critical => vec![at(0.0, -1.0), at(1.0, 0.0), at(0.0, 1.0), at(-1.0, 0.0)],
-        AlarmPriority::High => vec![at(0.0, -1.0), at(0.98, 0.72), at(-0.98, 0.72)],
-        AlarmPriority::Medium => vec![at(-0.98, -0.72), at(0.98, -0.72), at(0.0, 1.0)],
-        AlarmPriority::Low => Vec::new(),
+        Priority::Critical => vec![at(0.0, -1.0), at(1.0, 0.0), at(0.0, 1.0), at(-1.0, 0.0)],
+        Priority::High => vec![at(0.0, -1.0), at(0.98, 0.72), at(-0.98, 0.72)],
+        Priority::Medium => vec![at(-0.98, -0.72), at(0.98, -0.72), at(0.0, 1.0)],
+        Priority::Low => Vec::new(),
     }
 }
 
 /// Colour of a priority, and of its number.
-pub(crate) fn colors(priority: AlarmPriority) -> (Color32, Color32) {
+pub(crate) fn colors(priority: Priority) -> (Color32, Color32) {
     match priority {
-        AlarmPriority::Critical => (theme::ALARM, Color32::WHITE),
-        AlarmPriority::High => (Color32::from_rgb(240, 120, 20), theme::DARK_TEXT),
-        AlarmPriority::Medium => (theme::WARNING, theme::DARK_TEXT),
-        AlarmPriority::Low => (Color32::from_rgb(90, 190, 225), theme::DARK_TEXT),
+        Priority::Critical => (theme::ALARM, Color32::WHITE),
+        Priority::High => (Color32::from_rgb(240, 120, 20), theme::DARK_TEXT),
+        Priority::Medium => (theme::WARNING, theme::DARK_TEXT),
+        Priority::Low => (Color32::from_rgb(90, 190, 225), theme::DARK_TEXT),
     }
 }

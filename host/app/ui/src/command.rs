@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use busbar_types::AlarmAction;
 use egui::{Pos2, Rect, Vec2};
 
-use crate::{AlarmAction, AlarmList, ChartCommand};
+use crate::{AlarmList, ChartCommand};
 
 /// Cameras that numbers go to.
 pub const MAX_BOOKMARKS: usize = 9;

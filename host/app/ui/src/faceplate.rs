@@ -1,6 +1,6 @@
 //! Faceplate of one piece of equipment: alarms, verdict, states, live values, trends.
 
-use busbar_tags::Origin;
+use busbar_types::Origin;
 use egui::{
     Align, Align2, Button, Key, Label, Layout, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder,
     Vec2, vec2,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_tags::Origin;
+use busbar_types::Origin;
 
 use crate::{AlarmRow, EquipmentExplanation, LegendRow, RecordSection, TagRow, ValueMark};
 

@@ -1,7 +1,8 @@
 //! The parts of a faceplate that come from business and management systems, and the bar that
 //! leads to them.
 
-use busbar_records::{Kind, Severity};
+use busbar_records::Kind;
+use busbar_types::DefectSeverity;
 use egui::{
     Align, Color32, Frame, Label, Layout, Margin, Rect, RichText, Sense, Stroke, StrokeKind, Ui,
     vec2,
@@ -67,7 +68,7 @@ fn uncertainty_mark(records: &[RecordSection], kind: Kind) -> &'static str {
 }
 
 /// Returns the greatest severity among the open records.
-fn greatest_severity(records: &[RecordSection]) -> Option<Severity> {
+fn greatest_severity(records: &[RecordSection]) -> Option<DefectSeverity> {
     let rows = records.iter().flat_map(|section| &section.rows);
     rows.filter(|row| row.is_open).filter_map(|row| row.severity).max()
 }
@@ -165,15 +166,15 @@ fn head(ui: &mut Ui, row: &RecordRow) {
 
 /// Shows a severity badge: filled if open and critical, framed if open and serious, plain
 /// otherwise.
-fn badge(ui: &mut Ui, severity: Severity, is_open: bool) {
+fn badge(ui: &mut Ui, severity: DefectSeverity, is_open: bool) {
     let palette = theme::palette(ui.ctx());
     let (ground, ink, line) = match severity {
         _ if !is_open => (Color32::TRANSPARENT, palette.weak_text, Color32::TRANSPARENT),
-        Severity::Critical => (theme::WARNING, theme::DARK_TEXT, palette.text),
-        Severity::Serious => (Color32::TRANSPARENT, palette.text, palette.text),
-        Severity::General => (Color32::TRANSPARENT, palette.text, Color32::TRANSPARENT),
+        DefectSeverity::Critical => (theme::WARNING, theme::DARK_TEXT, palette.text),
+        DefectSeverity::Serious => (Color32::TRANSPARENT, palette.text, palette.text),
+        DefectSeverity::General => (Color32::TRANSPARENT, palette.text, Color32::TRANSPARENT),
     };
-    let galley = ui.painter().layout_no_wrap(severity.word().to_owned(), theme::value_font(), ink);
+    let galley = ui.painter().layout_no_wrap(severity.name().to_owned(), theme::value_font(), ink);
     let around = if line == Color32::TRANSPARENT { vec2(0.0, 2.0) } else { vec2(10.0, 2.0) };
     let (place, _) = ui.allocate_exact_size(galley.size() + around, Sense::hover());
     ui.painter().rect(place, 3.0, ground, Stroke::new(1.0, line), StrokeKind::Inside);

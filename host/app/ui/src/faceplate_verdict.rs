@@ -1,7 +1,8 @@
 //! Faceplate section with a chart's explanation: verdict, evidence, values against limits,
 //! diagrams.
 
-use busbar_chart::{Diagram, Evidence, Severity, Table};
+use busbar_chart::{Diagram, Evidence, Table};
+use busbar_types::Severity;
 use egui::{
     Align2, Color32, FontId, Grid, Label, Pos2, Rect, RichText, Sense, Stroke, Ui, pos2, vec2,
 };

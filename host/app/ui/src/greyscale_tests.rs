@@ -1,14 +1,14 @@
 //! Greyscale distinction of all marks in panels and scene, tested pair by pair on rasterised
 //! pictures.
 
-use busbar_tags::Origin;
+use busbar_types::{Origin, Pattern, Priority};
 use egui::epaint::{Primitive, Vertex};
 use egui::{Context, Painter, RawInput, Rect, Ui, Vec2, pos2};
 
 use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::layers::{self, FlowArrowKind};
 use crate::switch_symbols::{self, SwitchState};
-use crate::{AlarmPriority, LegendRow, Pattern, ValueMark, hatch, origin_band, origin_mark, theme};
+use crate::{LegendRow, ValueMark, hatch, origin_band, origin_mark, theme};
 
 /// Side of a test picture, pixels.
 const SIDE: usize = 48;
@@ -135,7 +135,7 @@ fn assert_all_differ<T: std::fmt::Debug>(marks: &[T], paint: impl Fn(&Painter, R
 #[test]
 fn alarm_marks_are_distinguishable() {
     let states = [(true, true), (true, false), (false, true), (false, false)];
-    let symbols: Vec<AlarmSymbol> = AlarmPriority::ALL
+    let symbols: Vec<AlarmSymbol> = Priority::ALL
         .into_iter()
         .flat_map(|priority| {
             states.map(|(is_active, has_ring)| AlarmSymbol { priority, is_active, has_ring })

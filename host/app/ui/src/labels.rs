@@ -6,6 +6,7 @@ mod placement;
 use std::cmp::Ordering;
 use std::sync::Arc;
 
+use busbar_types::Origin;
 use egui::{
     Align2, Color32, Galley, Painter, Rect, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2,
 };
@@ -14,7 +15,6 @@ pub(crate) use self::placement::LabelPlacement;
 
 use self::placement::LabelRequest;
 use crate::view_model::age_text;
-use busbar_tags::Origin;
 
 use crate::{Label, LabelLine, ValueMark, hatch, origin_mark, theme};
 

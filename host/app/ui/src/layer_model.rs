@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use busbar_types::Pattern;
+
 /// An overlay as a layer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LayerRow {
@@ -46,18 +48,4 @@ pub struct LegendRow {
     pub color: [u8; 3],
     /// Fill pattern of the state.
     pub pattern: Pattern,
-}
-
-/// Fill pattern that distinguishes states without color, in legend and scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Pattern {
-    /// Solid fill, no pattern.
-    #[default]
-    Solid,
-    /// Diagonal stripes in one direction.
-    Striped,
-    /// Crossed diagonal stripes (cross-hatching).
-    Crossed,
-    /// Regular grid of dots.
-    Dotted,
 }

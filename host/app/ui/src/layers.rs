@@ -1,12 +1,13 @@
 //! Overlay layers with visibility switches and legends.
 
+use busbar_types::Pattern;
 use egui::{
     Align2, Area, Color32, Context, Frame, Id, Painter, Pos2, Rect, RichText, Shape, Stroke,
     StrokeKind, Ui, pos2, vec2,
 };
 
 use crate::switch_symbols::{self, SwitchState};
-use crate::{Command, ContourRow, LayerRow, LegendRow, Pattern, ValueMark, hatch, theme};
+use crate::{Command, ContourRow, LayerRow, LegendRow, ValueMark, hatch, theme};
 
 /// Points between the layers and the edge of the scene.
 const MARGIN: f32 = 8.0;

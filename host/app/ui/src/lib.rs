@@ -54,8 +54,7 @@ mod view_model;
 mod viewport;
 
 pub use alarm_model::{
-    AlarmAction, AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmPriority, AlarmRow,
-    AlarmRows, AlarmSourceStatus,
+    AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmRow, AlarmRows, AlarmSourceStatus,
 };
 pub use chart_model::{
     ChartAxisRow, ChartCommand, ChartModel, ChartOverlay, DensityLegend, EquipmentExplanation,
@@ -66,7 +65,7 @@ pub use equipment_model::{EquipmentRow, EquipmentRows};
 pub use faceplate_model::{
     Faceplate, FaceplateState, FaceplateValue, Trend, TrendOrigin, TrendPoint, TrendState,
 };
-pub use layer_model::{ContourRow, LayerRow, LegendRow, Pattern};
+pub use layer_model::{ContourRow, LayerRow, LegendRow};
 pub use measure::{MeasuredPoint, Measurement};
 pub use record_model::{RecordRow, RecordSection};
 pub use switch_symbols::{SwitchState, SwitchSymbol};

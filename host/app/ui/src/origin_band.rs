@@ -1,7 +1,7 @@
 //! Origin band across the scene while values are not live: replay, simulation, test, history.
 //! Nothing hides or covers the band.
 
-use busbar_tags::Origin;
+use busbar_types::Origin;
 use egui::{
     Align2, Context, FontFamily, FontId, Id, LayerId, Order, Painter, Pos2, Rect, Stroke, pos2,
     vec2,

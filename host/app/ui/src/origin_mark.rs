@@ -1,6 +1,6 @@
 //! Marks of values that are not live: a bordered tag of letters at each, by origin.
 
-use busbar_tags::Origin;
+use busbar_types::Origin;
 use egui::{Align2, FontFamily, FontId, Painter, Pos2, Rect, Stroke, StrokeKind, Vec2, pos2, vec2};
 
 use crate::theme;

@@ -1,6 +1,6 @@
 //! Marks and band of values that are not live, as panels paint them.
 
-use busbar_tags::Origin;
+use busbar_types::Origin;
 use egui::{RawInput, Rect, pos2, vec2};
 
 use crate::test_lists::{EmptyList, texts};

@@ -1,6 +1,7 @@
 //! View model of records from business and asset management systems.
 
-use busbar_records::{Kind, Severity};
+use busbar_records::Kind;
+use busbar_types::DefectSeverity;
 
 /// A list as far as it is about one piece of equipment.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,7 +32,7 @@ pub struct RecordRow {
     /// The pole or part of the equipment that it is of; none for all of it.
     pub place: Option<String>,
     /// Severity of a defect; none for other records.
-    pub severity: Option<Severity>,
+    pub severity: Option<DefectSeverity>,
     /// True while the work is open.
     pub is_open: bool,
     /// Date at which it was reported or done.

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use busbar_tags::Origin;
+use busbar_types::Origin;
 use egui::{Align2, Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 
 use crate::view_model::age_text;

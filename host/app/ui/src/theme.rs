@@ -179,8 +179,9 @@ pub(crate) fn set_dark(context: &Context, is_dark: bool) {
 
 #[cfg(test)]
 mod tests {
+    use busbar_types::Priority;
+
     use super::*;
-    use crate::AlarmPriority;
     use crate::alarm_symbol;
 
     /// Contrast of text that all can read (WCAG 2.2, 1.4.3 level AA).
@@ -229,7 +230,7 @@ mod tests {
                 check("a mark", ink, ground);
             }
         }
-        for priority in AlarmPriority::ALL {
+        for priority in Priority::ALL {
             let (ground, ink) = alarm_symbol::colors(priority);
             assert!(contrast(ground, ink) >= MIN_CONTRAST, "{}", priority.name());
         }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use busbar_tags::Origin;
+use busbar_types::Origin;
 use egui::Pos2;
 
 use crate::{AlarmModel, AxisSection, CameraMode, ChartModel, Faceplate, LayerRow, ValueMark};

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use busbar_types::ValueKind;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use thiserror::Error;
@@ -38,23 +39,9 @@ pub struct Sample {
 #[serde(deny_unknown_fields)]
 pub struct SampleTag {
     /// `f64`, `i64`, `bool` or `double_point`.
-    pub kind: TagKind,
+    pub kind: ValueKind,
     /// The address, as a configuration has it.
     pub address: Value,
-}
-
-/// The kind of a tag's values, as configurations word it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum TagKind {
-    /// Measurement, a floating-point number.
-    F64,
-    /// Counter, an integer value.
-    I64,
-    /// Single point, a Boolean.
-    Bool,
-    /// Double point, such as a switch position.
-    DoublePoint,
 }
 
 /// Errors of a sample file.

@@ -35,8 +35,8 @@ mod trust;
 /// Pictures of overlays, as data.
 pub use busbar_overlay_picture::{
     Contour, LegendEntry, MAX_PART_BYTES, OverlayBinding, OverlayDescription, OverlayLine,
-    OverlayPicture, OverlayQuantity, OverlayState, OverlayTint, OverlayVerdict, Pattern,
-    PictureRules, Quantity, Severity, Verdict, Verdicts,
+    OverlayPicture, OverlayQuantity, OverlayState, OverlayTint, OverlayVerdict, PictureRules,
+    Quantity, Verdicts,
 };
 
 pub use alarms::Alarms;
@@ -57,12 +57,12 @@ pub use notify::Notifier;
 pub use overlay::Overlay;
 pub use program_value::ProgramValue;
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
-pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy, origin_of_flags};
+pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy};
 pub use scene_clock::SceneClock;
 pub use signature::{PublicKey, sign_library};
 pub use simulator::{
-    DeviceScenario, FaultKind, Shape, SimulatedBehavior, SimulatedEvent, SimulatedLinkFault,
-    SimulatedTag, Simulation, SimulationStatus, Simulator,
+    DeviceScenario, SimulatedBehavior, SimulatedEvent, SimulatedLinkFault, SimulatedTag,
+    Simulation, SimulationStatus, Simulator,
 };
 pub use source_clock::{ClockReport, FreshnessBasis, MAX_CLOCK_AHEAD};
 pub use telemetry::{

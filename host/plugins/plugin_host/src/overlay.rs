@@ -7,13 +7,13 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use busbar_overlay_picture::{
     LegendEntry, MAX_BASIS, MAX_FINDINGS, MAX_LEGEND_ENTRIES, MAX_MECHANISMS,
     MAX_OVERLAY_EQUIPMENT, MAX_PART_BYTES, OverlayBinding, OverlayDescription, OverlayLine,
-    OverlayPicture, OverlayState, OverlayTint, Pattern, PictureRules, Severity, max_primitives,
-    max_quantities, max_verdicts,
+    OverlayPicture, OverlayState, OverlayTint, PictureRules, max_primitives, max_quantities,
+    max_verdicts,
 };
 use busbar_plugin_abi as abi;
-use busbar_tags::{Quality, Reason, TagState, Value};
+use busbar_tags::TagState;
+use busbar_types::{Pattern, Quality, Reason, Severity};
 
-use crate::telemetry::{kind_to_abi, reason_to_abi};
 use crate::{Instance, PluginError, overlay_quantity, overlay_verdict, text};
 
 /// Bytes of text that one overlay may draw in a frame, a primitive.
@@ -190,12 +190,9 @@ impl Overlay {
                 picture.states.push(OverlayState { equipment: node, entry, tag });
                 continue;
             }
-            let severity = match primitive.severity {
-                abi::BUSBAR_SEVERITY_NORMAL => Severity::Normal,
-                abi::BUSBAR_SEVERITY_WARNING => Severity::Warning,
-                abi::BUSBAR_SEVERITY_ALARM => Severity::Alarm,
-                other => return Err(format!("a primitive has the unknown severity {other}")),
-            };
+            let severity = Severity::from_code(primitive.severity).ok_or_else(|| {
+                format!("a primitive has the unknown severity {}", primitive.severity)
+            })?;
             match primitive.kind {
                 abi::BUSBAR_OVERLAY_LINE => picture.lines.push(OverlayLine {
                     node,
@@ -282,13 +279,8 @@ fn read_description(raw: &abi::BusbarOverlayDescription) -> Result<OverlayDescri
             let entry = raw.legend.add(at).read_unaligned();
             (entry, text::read(entry.name)?)
         };
-        let pattern = match entry.pattern {
-            abi::BUSBAR_PATTERN_SOLID => Pattern::Solid,
-            abi::BUSBAR_PATTERN_STRIPED => Pattern::Striped,
-            abi::BUSBAR_PATTERN_CROSSED => Pattern::Crossed,
-            abi::BUSBAR_PATTERN_DOTTED => Pattern::Dotted,
-            other => return Err(format!("its legend has the unknown pattern {other}")),
-        };
+        let pattern = Pattern::from_code(entry.pattern)
+            .ok_or_else(|| format!("its legend has the unknown pattern {}", entry.pattern))?;
         let [_, red, green, blue] = entry.color.to_be_bytes();
         legend.push(LegendEntry { name, color: [red, green, blue], pattern });
     }
@@ -348,7 +340,7 @@ const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {
 fn binding_to_abi(binding: &OverlayBinding) -> abi::BusbarBinding {
     abi::BusbarBinding {
         node: binding.node,
-        kind: u32::from(kind_to_abi(binding.kind)),
+        kind: binding.kind.code().into(),
         limit_low: binding.limit_low.unwrap_or(f64::NAN),
         limit_high: binding.limit_high.unwrap_or(f64::NAN),
         tag_id: abi::BusbarStr::from_borrowed(&binding.tag_id),
@@ -361,22 +353,13 @@ fn binding_to_abi(binding: &OverlayBinding) -> abi::BusbarBinding {
 
 fn value_to_abi(state: Option<TagState>) -> abi::BusbarTagValue {
     let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
-    let (kind, value) = match state.and_then(|s| s.value) {
-        None => (abi::BUSBAR_VALUE_NONE, 0),
-        Some(Value::F64(value)) => (abi::BUSBAR_VALUE_F64, value.to_bits()),
-        Some(Value::I64(value)) => (abi::BUSBAR_VALUE_I64, value as u64),
-        Some(Value::Bool(value)) => (abi::BUSBAR_VALUE_BOOL, u64::from(value)),
-        Some(Value::DoublePoint(value)) => (abi::BUSBAR_VALUE_DOUBLE_POINT, value as u64),
-    };
+    let (kind, value) = abi::value_codes(state.and_then(|s| s.value));
+    let (quality, reason) = quality.codes();
     let age = state.and_then(|s| s.age).unwrap_or_default();
     abi::BusbarTagValue {
         kind,
-        quality: match quality {
-            Quality::Good => abi::BUSBAR_QUALITY_GOOD,
-            Quality::Uncertain(_) => abi::BUSBAR_QUALITY_UNCERTAIN,
-            Quality::Bad(_) => abi::BUSBAR_QUALITY_BAD,
-        },
-        reason: quality.reason().map_or(abi::BUSBAR_REASON_NONE, reason_to_abi),
+        quality,
+        reason,
         reserved: [0; 5],
         value,
         age_millis: age.as_millis() as u64,

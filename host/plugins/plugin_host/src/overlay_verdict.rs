@@ -1,10 +1,9 @@
 //! Verdicts of overlay plugins, read from the C ABI.
 
-use busbar_overlay_picture::{
-    MAX_PART_BYTES, OverlayBinding, Verdict, VerdictRating, VerdictSeverity, Verdicts,
-};
+use busbar_overlay_picture::{MAX_PART_BYTES, OverlayBinding, VerdictRating, Verdicts};
 use busbar_plugin_abi as abi;
 use busbar_tags::TagHandle;
+use busbar_types::Verdict;
 
 /// Reads verdicts from the buffers of a plugin.
 ///
@@ -21,12 +20,8 @@ pub(crate) fn read(
     let basis = basis.ok_or("a verdict rests on a binding that does not exist")?;
     let mut read = Verdicts::with_basis(basis, raw.len());
     for raw in raw {
-        let verdict = match raw.verdict {
-            abi::BUSBAR_VERDICT_NORMAL => Verdict::Normal,
-            abi::BUSBAR_VERDICT_ABNORMAL => Verdict::Abnormal,
-            abi::BUSBAR_VERDICT_UNKNOWN => Verdict::Unknown,
-            other => return Err(format!("a verdict is the unknown one {other}")),
-        };
+        let verdict = Verdict::from_code(raw.verdict)
+            .ok_or_else(|| format!("a verdict is the unknown one {}", raw.verdict))?;
         if raw.reason_len as usize > MAX_PART_BYTES {
             return Err("the reason of a verdict is too long".into());
         }

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use busbar_plugin_abi as abi;
-use busbar_tags::{DoublePoint, Moment, Quality, Sample, SourceTime, TagHandle, Value};
+use busbar_tags::{Moment, Sample, SourceTime, TagHandle};
+use busbar_types::{Quality, Value};
 
 use crate::sample_intake::{SampleIntake, SampleSink};
 
@@ -43,32 +44,13 @@ impl SampleIntake {
 
 impl ProgramValue {
     fn to_raw(self) -> abi::BusbarSample {
-        let (kind, value) = match self.value {
-            None => (abi::BUSBAR_VALUE_NONE, 0),
-            Some(Value::F64(value)) => (abi::BUSBAR_VALUE_F64, value.to_bits()),
-            Some(Value::I64(value)) => (abi::BUSBAR_VALUE_I64, value.cast_unsigned()),
-            Some(Value::Bool(value)) => (abi::BUSBAR_VALUE_BOOL, value.into()),
-            Some(Value::DoublePoint(position)) => {
-                let bits = match position {
-                    DoublePoint::Intermediate => 0,
-                    DoublePoint::Off => 1,
-                    DoublePoint::On => 2,
-                    DoublePoint::BadState => 3,
-                };
-                (abi::BUSBAR_VALUE_DOUBLE_POINT, bits)
-            }
-        };
-        let quality = match self.quality {
-            Quality::Good => abi::BUSBAR_QUALITY_GOOD,
-            Quality::Uncertain(_) => abi::BUSBAR_QUALITY_UNCERTAIN,
-            Quality::Bad(_) => abi::BUSBAR_QUALITY_BAD,
-        };
+        let (kind, value) = abi::value_codes(self.value);
         // The least number stands for no time between plugin and host; here it is a time.
         let is_unusable = self.source_time == Some(abi::BUSBAR_NO_TIME);
         abi::BusbarSample {
             tag: self.tag.0,
             kind,
-            quality,
+            quality: self.quality.level().code(),
             reason: abi::BUSBAR_REASON_NONE,
             flags: if is_unusable { abi::BUSBAR_SAMPLE_TIME_UNUSABLE } else { 0 },
             value,

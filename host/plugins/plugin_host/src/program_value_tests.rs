@@ -1,4 +1,4 @@
-use busbar_tags::{Reason, ValueKind};
+use busbar_types::{DoublePoint, Reason, ValueKind};
 
 use super::*;
 use crate::{SourcePolicy, TelemetryTag};

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use busbar_plugin_abi as abi;
-use busbar_records::{Description, Record, RecordError, Severity};
+use busbar_records::{Description, Record, RecordError};
+use busbar_types::DefectSeverity;
 use serde::{Deserialize, Serialize};
 
 use crate::json_output::ask_json;
@@ -166,10 +167,10 @@ impl PageBuffer {
                     .filter(|time| *time != abi::BUSBAR_RECORD_NO_TIME),
                 severity: match raw.severity {
                     abi::BUSBAR_RECORD_NO_SEVERITY => None,
-                    abi::BUSBAR_RECORD_GENERAL => Some(Severity::General),
-                    abi::BUSBAR_RECORD_SERIOUS => Some(Severity::Serious),
-                    abi::BUSBAR_RECORD_CRITICAL => Some(Severity::Critical),
-                    _ => return Err("a row has an unknown severity"),
+                    code => {
+                        let known = DefectSeverity::from_code(code);
+                        Some(known.ok_or("a row has an unknown severity")?)
+                    }
                 },
                 is_open: match raw.flags {
                     0 => false,

@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use busbar_plugin_abi as abi;
-use busbar_tags::{
-    DoublePoint, Moment, Origin, Quality, Reason, Sample, SourceTime, TagHandle, Value,
-};
+use busbar_tags::{Moment, Sample, SourceTime, TagHandle};
+use busbar_types::{Origin, Quality, Reason, Value, ValueKind};
 
 use crate::TelemetryTag;
 use crate::source_clock::{ClockReport, FreshnessBasis, MAX_CLOCK_AHEAD, SourceClock};
@@ -228,7 +227,7 @@ impl SampleIntake {
             return None;
         }
         let value = value(raw.kind, raw.value)?;
-        let quality = quality(raw.quality, raw.reason)?;
+        let quality = Quality::from_codes(raw.quality, raw.reason)?;
         let is_buffered = raw.flags & abi::BUSBAR_SAMPLE_BUFFERED != 0;
         let time = match value {
             Some(_) => self.judge_time(raw, received, wall_clock),
@@ -246,7 +245,7 @@ impl SampleIntake {
             source_time: time.source_time,
             received,
             valid_from: time.valid_from,
-            origin: self.policy.origin | origin_of_flags(raw.flags),
+            origin: self.policy.origin | abi::origin_of_flags(raw.flags),
             is_buffered,
         };
         Some(if is_doubted { sample.with_doubt(UNBELIEVED) } else { sample })
@@ -315,59 +314,14 @@ impl SampleIntake {
     }
 }
 
-/// Origin by the flags of a sample or the origin of a plugin.
-pub fn origin_of_flags(flags: u8) -> Origin {
-    let pairs = [
-        (abi::BUSBAR_ORIGIN_SUBSTITUTED, Origin::SUBSTITUTED),
-        (abi::BUSBAR_ORIGIN_TEST, Origin::TEST),
-        (abi::BUSBAR_ORIGIN_SIMULATED, Origin::SIMULATED),
-        (abi::BUSBAR_ORIGIN_RECORDED, Origin::RECORDED),
-        (abi::BUSBAR_ORIGIN_HISTORICAL, Origin::HISTORICAL),
-    ];
-    let set = pairs.into_iter().filter(|(flag, _)| flags & flag != 0);
-    set.fold(Origin::LIVE, |all, (_, origin)| all | origin)
-}
-
+/// Value of a kind and bits; none for a kind that is not known, or a position that no switch has.
 fn value(kind: u8, bits: u64) -> Option<Option<Value>> {
-    Some(match kind {
-        abi::BUSBAR_VALUE_NONE => None,
-        abi::BUSBAR_VALUE_F64 => Some(Value::F64(f64::from_bits(bits))),
-        abi::BUSBAR_VALUE_I64 => Some(Value::I64(bits as i64)),
-        abi::BUSBAR_VALUE_BOOL => Some(Value::Bool(bits != 0)),
-        abi::BUSBAR_VALUE_DOUBLE_POINT => Some(Value::DoublePoint(match bits {
-            0 => DoublePoint::Intermediate,
-            1 => DoublePoint::Off,
-            2 => DoublePoint::On,
-            3 => DoublePoint::BadState,
-            _ => return None,
-        })),
-        _ => return None,
-    })
-}
-
-fn quality(quality: u8, reason: u8) -> Option<Quality> {
-    let reason = reason_from_abi(reason)?;
-    Some(match quality {
-        abi::BUSBAR_QUALITY_GOOD => Quality::Good,
-        abi::BUSBAR_QUALITY_UNCERTAIN => Quality::Uncertain(reason),
-        abi::BUSBAR_QUALITY_BAD => Quality::Bad(reason),
-        _ => return None,
-    })
-}
-
-fn reason_from_abi(reason: u8) -> Option<Reason> {
-    Some(match reason {
-        abi::BUSBAR_REASON_NONE => Reason::Unknown,
-        abi::BUSBAR_REASON_COMMUNICATION => Reason::Communication,
-        abi::BUSBAR_REASON_SENSOR => Reason::Sensor,
-        abi::BUSBAR_REASON_OUT_OF_RANGE => Reason::OutOfRange,
-        abi::BUSBAR_REASON_CONFIGURATION => Reason::Configuration,
-        abi::BUSBAR_REASON_NOT_CONNECTED => Reason::NotConnected,
-        abi::BUSBAR_REASON_NOT_FINITE => Reason::NotFinite,
-        abi::BUSBAR_REASON_STALE => Reason::Stale,
-        abi::BUSBAR_REASON_SOURCE_TIME => Reason::SourceTime,
-        _ => return None,
-    })
+    if kind == abi::BUSBAR_VALUE_NONE {
+        return Some(None);
+    }
+    let kind = ValueKind::from_code(kind)?;
+    let is_position = kind != ValueKind::DoublePoint || bits <= 3;
+    is_position.then(|| Some(Value::from_bits(kind, bits)))
 }
 
 #[cfg(test)]

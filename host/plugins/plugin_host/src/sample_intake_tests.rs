@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use busbar_tags::ValueKind;
+use busbar_types::ValueKind;
 use proptest::prelude::*;
 
 use super::*;

@@ -2,7 +2,8 @@
 
 use std::time::SystemTime;
 
-use busbar_tags::{Origin, SourceTime, TagState};
+use busbar_tags::{SourceTime, TagState};
+use busbar_types::Origin;
 
 /// Clocks of one frame, from which each overlay gets the one of its own values.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +43,7 @@ impl SceneClock {
 mod tests {
     use std::time::{Duration, UNIX_EPOCH};
 
-    use busbar_tags::{Quality, Value};
+    use busbar_types::{Quality, Value};
 
     use super::*;
 

@@ -5,6 +5,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 use busbar_tags::TagHandle;
+use busbar_types::{FaultKind, SignalShape};
 use serde::{Deserialize, Serialize};
 
 use crate::{Instance, PluginError, TelemetryTag, telemetry, text};
@@ -22,85 +23,13 @@ pub struct SimulatedTag {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulatedBehavior {
     /// The form of the movement.
-    pub shape: Shape,
+    pub shape: SignalShape,
     /// Centre of the movement.
     pub base: f64,
     /// Amplitude around the base; not negative.
     pub amplitude: f64,
     /// Time of a wave, a level or a count; not zero.
     pub period: Duration,
-}
-
-/// Waveforms of a simulated value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Shape {
-    /// Constant value of the base.
-    Constant,
-    /// A sine about the base.
-    Sine,
-    /// A smooth random walk about the base.
-    Walk,
-    /// Levels about the base, or positions of a switch, each held for a period.
-    Steps,
-    /// One more each period.
-    Counter,
-}
-
-/// A way in which a simulated device fails.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum FaultKind {
-    /// Connections end, and new ones are turned away.
-    LinkLoss,
-    /// Every answer takes a while, but comes in time.
-    Slow,
-    /// Connections stay, and nothing comes through them.
-    HalfOpen,
-    /// Connections are reset, again and again.
-    Reset,
-    /// Random bytes come instead of answers.
-    Garbage,
-    /// Answers come after the client's deadline.
-    Late,
-    /// The device's clock is wrong.
-    ClockJump,
-}
-
-impl FaultKind {
-    /// All kinds of faults.
-    pub const ALL: [Self; 7] = [
-        Self::LinkLoss,
-        Self::Slow,
-        Self::HalfOpen,
-        Self::Reset,
-        Self::Garbage,
-        Self::Late,
-        Self::ClockJump,
-    ];
-
-    /// Returns the name for people, such as `link-loss`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::LinkLoss => "link-loss",
-            Self::Slow => "slow",
-            Self::HalfOpen => "half-open",
-            Self::Reset => "reset",
-            Self::Garbage => "garbage",
-            Self::Late => "late",
-            Self::ClockJump => "clock-jump",
-        }
-    }
-
-    fn to_abi(self) -> u32 {
-        match self {
-            Self::LinkLoss => abi::BUSBAR_FAULT_LINK_LOSS,
-            Self::Slow => abi::BUSBAR_FAULT_SLOW,
-            Self::HalfOpen => abi::BUSBAR_FAULT_HALF_OPEN,
-            Self::Reset => abi::BUSBAR_FAULT_RESET,
-            Self::Garbage => abi::BUSBAR_FAULT_GARBAGE,
-            Self::Late => abi::BUSBAR_FAULT_LATE,
-            Self::ClockJump => abi::BUSBAR_FAULT_CLOCK_JUMP,
-        }
-    }
 }
 
 /// Settings for all tags of a simulation.
@@ -201,7 +130,7 @@ impl Simulator {
         let begun = scenario.begun.duration_since(UNIX_EPOCH).unwrap_or_default();
         let simulation = abi::BusbarSimulation {
             struct_size: size_of::<abi::BusbarSimulation>() as u32,
-            faults: simulation.faults.iter().fold(0, |sum, fault| sum | fault.to_abi()),
+            faults: simulation.faults.iter().fold(0, |sum, fault| sum | fault.bit()),
             seed: simulation.seed,
             update_millis: millis(simulation.update),
             fault_period_millis: millis(simulation.fault_period),
@@ -244,7 +173,7 @@ impl Simulator {
         let endpoint = String::from_utf8_lossy(&raw.message[..length]);
         Ok(SimulationStatus {
             endpoint: text::shown(&endpoint, abi::BUSBAR_SIMULATOR_MESSAGE_CAPACITY),
-            fault: FaultKind::ALL.into_iter().find(|fault| fault.to_abi() == raw.fault),
+            fault: FaultKind::ALL.into_iter().find(|fault| fault.bit() == raw.fault),
             clients: raw.clients,
             connections: raw.connections,
             messages: raw.messages,
@@ -266,13 +195,7 @@ fn to_abi(tag: &SimulatedTag) -> abi::BusbarSimulatedTag {
     let SimulatedBehavior { shape, base, amplitude, period } = tag.behavior;
     abi::BusbarSimulatedTag {
         spec: telemetry::to_abi(&tag.tag),
-        shape: match shape {
-            Shape::Constant => abi::BUSBAR_SHAPE_CONSTANT,
-            Shape::Sine => abi::BUSBAR_SHAPE_SINE,
-            Shape::Walk => abi::BUSBAR_SHAPE_WALK,
-            Shape::Steps => abi::BUSBAR_SHAPE_STEPS,
-            Shape::Counter => abi::BUSBAR_SHAPE_COUNTER,
-        },
+        shape: shape.code().into(),
         reserved: 0,
         base,
         amplitude,
@@ -296,7 +219,7 @@ fn event_to_abi(event: &SimulatedEvent) -> abi::BusbarSimulatedEvent {
 
 fn link_fault_to_abi(fault: &SimulatedLinkFault) -> abi::BusbarLinkFault {
     abi::BusbarLinkFault {
-        fault: fault.kind.to_abi(),
+        fault: fault.kind.bit(),
         reserved: 0,
         at_seconds: fault.at_seconds,
         for_seconds: fault.for_seconds,

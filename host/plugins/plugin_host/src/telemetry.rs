@@ -7,10 +7,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use busbar_plugin_abi as abi;
-use busbar_tags::{Moment, Origin, Reason, Sample, SampleQueue, SourceTime, TagHandle, ValueKind};
+use busbar_tags::{Moment, Sample, SampleQueue, SourceTime, TagHandle};
+use busbar_types::{Origin, ValueKind};
 use serde::{Deserialize, Serialize};
 
-use crate::sample_intake::{self, SampleIntake, SourcePolicy};
+use crate::sample_intake::{SampleIntake, SourcePolicy};
 use crate::source_clock::ClockReport;
 use crate::{Instance, PluginError, text};
 
@@ -257,7 +258,7 @@ impl Drop for TelemetryStream {
 impl SampleReceiver for QueueReceiver {
     fn note_origin(&self, flags: u8) {
         let mut intake = self.intake.lock().unwrap_or_else(PoisonError::into_inner);
-        intake.add_origin(sample_intake::origin_of_flags(flags));
+        intake.add_origin(abi::origin_of_flags(flags));
     }
 
     fn publish(&self, samples: &[abi::BusbarSample]) -> usize {
@@ -367,32 +368,9 @@ pub fn wall_clock() -> SourceTime {
 pub(crate) fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {
     abi::BusbarTagSpec {
         tag: tag.tag.0,
-        kind: u32::from(kind_to_abi(tag.kind)),
+        kind: tag.kind.code().into(),
         freshness_millis: tag.freshness.as_millis() as u64,
         id: abi::BusbarStr::from_borrowed(&tag.id),
         address_json: abi::BusbarStr::from_borrowed(&tag.address_json),
-    }
-}
-
-pub(crate) fn kind_to_abi(kind: ValueKind) -> u8 {
-    match kind {
-        ValueKind::F64 => abi::BUSBAR_VALUE_F64,
-        ValueKind::I64 => abi::BUSBAR_VALUE_I64,
-        ValueKind::Bool => abi::BUSBAR_VALUE_BOOL,
-        ValueKind::DoublePoint => abi::BUSBAR_VALUE_DOUBLE_POINT,
-    }
-}
-
-pub(crate) fn reason_to_abi(reason: Reason) -> u8 {
-    match reason {
-        Reason::Unknown => abi::BUSBAR_REASON_NONE,
-        Reason::Communication => abi::BUSBAR_REASON_COMMUNICATION,
-        Reason::Sensor => abi::BUSBAR_REASON_SENSOR,
-        Reason::OutOfRange => abi::BUSBAR_REASON_OUT_OF_RANGE,
-        Reason::Configuration => abi::BUSBAR_REASON_CONFIGURATION,
-        Reason::NotConnected => abi::BUSBAR_REASON_NOT_CONNECTED,
-        Reason::NotFinite => abi::BUSBAR_REASON_NOT_FINITE,
-        Reason::Stale => abi::BUSBAR_REASON_STALE,
-        Reason::SourceTime => abi::BUSBAR_REASON_SOURCE_TIME,
     }
 }

@@ -9,9 +9,8 @@ use std::time::Duration;
 use busbar_plugin_abi as abi;
 use busbar_plugin_host::{MAX_CLOCK_AHEAD, SampleIntake, SourcePolicy, TelemetryTag};
 use busbar_plugin_sdk::testing::FaultGenerator;
-use busbar_tags::{
-    Moment, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
-};
+use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
+use busbar_types::{Quality, Value, ValueKind};
 
 const MILLISECOND: i64 = 1_000_000;
 const SECOND: i64 = 1000 * MILLISECOND;

@@ -8,7 +8,8 @@ use busbar_plugin_abi as abi;
 use busbar_plugin_host::{SampleIntake, SourcePolicy, TelemetryTag};
 use busbar_plugin_sdk as sdk;
 use busbar_plugin_sdk::testing::{FaultGenerator, ShownTag, tag_spec};
-use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, ValueKind};
+use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
+use busbar_types::ValueKind;
 
 const SECOND: u64 = 1_000_000_000;
 /// Nanoseconds since 1970 at which a stream begins, and moments are from there on.
@@ -17,12 +18,8 @@ const SEEDS: u64 = 400;
 const STEPS: usize = 500;
 /// Freshness limit of the test kit's tags.
 const FRESHNESS: Duration = Duration::from_secs(5);
-const KINDS: [(ValueKind, sdk::ValueKind); 4] = [
-    (ValueKind::F64, sdk::ValueKind::F64),
-    (ValueKind::I64, sdk::ValueKind::I64),
-    (ValueKind::Bool, sdk::ValueKind::Bool),
-    (ValueKind::DoublePoint, sdk::ValueKind::DoublePoint),
-];
+const KINDS: [ValueKind; 4] =
+    [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
 
 /// A host of one tag.
 struct Host {
@@ -73,17 +70,17 @@ impl Host {
     }
 }
 
-fn value(random: &mut FaultGenerator, kind: sdk::ValueKind) -> sdk::Value {
+fn value(random: &mut FaultGenerator, kind: ValueKind) -> sdk::Value {
     use sdk::DoublePoint::{BadState, Intermediate, Off, On};
     match kind {
-        sdk::ValueKind::F64 => sdk::Value::F64(match random.below(12) {
+        ValueKind::F64 => sdk::Value::F64(match random.below(12) {
             0 => f64::NAN,
             1 => f64::INFINITY,
             number => number as f64 * 0.5,
         }),
-        sdk::ValueKind::I64 => sdk::Value::I64(random.below(9) as i64 - 4),
-        sdk::ValueKind::Bool => sdk::Value::Bool(random.one_in(2)),
-        sdk::ValueKind::DoublePoint => {
+        ValueKind::I64 => sdk::Value::I64(random.below(9) as i64 - 4),
+        ValueKind::Bool => sdk::Value::Bool(random.one_in(2)),
+        ValueKind::DoublePoint => {
             sdk::Value::DoublePoint([Off, On, Intermediate, BadState][random.below(4)])
         }
     }
@@ -116,11 +113,11 @@ fn source_time(random: &mut FaultGenerator, now: u64, last: i64) -> i64 {
 /// The sample that both are given, once as the SDK and once as the ABI has it.
 fn sample(
     random: &mut FaultGenerator,
-    kind: sdk::ValueKind,
+    kind: ValueKind,
     time: i64,
 ) -> (sdk::Sample, abi::BusbarSample) {
     use sdk::SampleFlags;
-    let kind = if random.one_in(30) { KINDS[random.below(4)].1 } else { kind };
+    let kind = if random.one_in(30) { KINDS[random.below(4)] } else { kind };
     let value = (!random.one_in(8)).then(|| value(random, kind));
     let quality = match random.below(8) {
         0 => sdk::Quality::Bad(reason(random)),
@@ -220,8 +217,8 @@ fn the_test_kit_shows_what_the_host_shows() {
     let (mut good, mut other) = (0, 0);
     for seed in 0..SEEDS {
         let mut random = FaultGenerator::new(seed);
-        let (kind, sdk_kind) = KINDS[seed as usize % KINDS.len()];
-        let mut shown = ShownTag::new(&tag_spec(0, "t", sdk_kind, "t".into()));
+        let kind = KINDS[seed as usize % KINDS.len()];
+        let mut shown = ShownTag::new(&tag_spec(0, "t", kind, "t".into()));
         let mut host = Host::new(kind);
         let (mut now, mut last, mut told) = (START, abi::BUSBAR_NO_TIME, Vec::new());
         for step in 0..STEPS {
@@ -233,7 +230,7 @@ fn the_test_kit_shows_what_the_host_shows() {
             let at: SystemTime = UNIX_EPOCH + Duration::from_nanos(now);
             if !random.one_in(5) {
                 let time = source_time(&mut random, now, last);
-                let (sample, raw) = sample(&mut random, sdk_kind, time);
+                let (sample, raw) = sample(&mut random, kind, time);
                 (last, _) = (time, told.push((now - START, sample)));
                 shown.take(&sample, at);
                 host.take(&raw, now);

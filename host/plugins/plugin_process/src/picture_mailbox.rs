@@ -132,8 +132,9 @@ impl PictureMailbox {
 
 #[cfg(test)]
 mod tests {
-    use busbar_plugin_host::{OverlayTint, Severity};
+    use busbar_plugin_host::OverlayTint;
     use busbar_tags::TagHandle;
+    use busbar_types::Severity;
 
     use super::*;
 

@@ -10,7 +10,8 @@ use busbar_plugin_host::{
     OverlayDescription, OverlayPicture, PluginError, PluginInfo, SampleSink, SceneClock,
     SourcePolicy, Telemetry, TelemetryTag,
 };
-use busbar_tags::{Origin, Sample, SampleQueue, SourceTime, TagHandle, TagState};
+use busbar_tags::{Sample, SampleQueue, SourceTime, TagHandle, TagState};
+use busbar_types::Origin;
 
 use crate::process::PluginProcess;
 use crate::simulator_detection::{SimulatorCheck, SimulatorDetector, is_connected_to_simulator};

@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use busbar_plugin_host::{
     LinkReport, LinkState, MAX_LINK_MESSAGE_BYTES, SampleIntake, SampleSink, SourcePolicy,
-    TelemetryTag, origin_of_flags, shown, wall_clock,
+    TelemetryTag, shown, wall_clock,
 };
-use busbar_tags::{Backlog, Moment, Origin, Quality, Reason, Sample, SourceTime};
+use busbar_tags::{Backlog, Moment, Sample, SourceTime};
+use busbar_types::{Origin, Quality, Reason};
 
 use crate::ring::RingReader;
 use crate::simulator_detection::{SimulatorCheck, SimulatorDetector};
@@ -161,7 +162,7 @@ impl SampleFeed {
         let (now, wall_clock) = (Moment::now(), wall_clock());
         intake.follow_clock(wall_clock, now);
         // Nothing takes back what the plugin once said of all its values.
-        intake.add_origin(origin_of_flags(ring.origin()));
+        intake.add_origin(busbar_plugin_abi::origin_of_flags(ring.origin()));
         let mut unsettled = PauseFilter { sink, pause_end: Moment(0) };
         ring.read(|raw, pause_end| {
             // Nothing comes from the future.
@@ -212,7 +213,8 @@ impl<S: SampleSink> SampleSink for PauseFilter<'_, S> {
 #[cfg(test)]
 mod tests {
     use busbar_plugin_abi::{BUSBAR_NO_TIME, BusbarSample};
-    use busbar_tags::{TagHandle, Value, ValueKind};
+    use busbar_tags::TagHandle;
+    use busbar_types::{Value, ValueKind};
 
     use super::*;
     use crate::memory;

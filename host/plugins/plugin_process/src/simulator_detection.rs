@@ -4,7 +4,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use busbar_plugin_host::LinkState;
-use busbar_tags::{Moment, Origin};
+use busbar_tags::Moment;
+use busbar_types::Origin;
 
 use crate::simulator_registry::registered_simulators;
 use crate::socket_table::{SocketOwner, SocketScan};

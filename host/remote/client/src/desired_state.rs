@@ -6,6 +6,7 @@ use busbar_protocol::message::{
     AlarmSnapshot, CameraPose, Command, MAX_TAGS_A_MESSAGE, PROTOCOL_VERSION, StartParameters,
     TagUpdate, Target,
 };
+use busbar_types::AlarmState;
 
 /// Tags whose last value is kept for the next viewer.
 pub(crate) const MAX_TAGS: usize = 100_000;
@@ -28,7 +29,7 @@ pub(crate) struct DesiredState {
     layers: BTreeMap<String, bool>,
     time: Option<i64>,
     tags: BTreeMap<String, TagUpdate>,
-    mirrored: BTreeMap<String, u8>,
+    mirrored: BTreeMap<String, AlarmState>,
     alarms: BTreeMap<String, AlarmSnapshot>,
 }
 
@@ -100,7 +101,7 @@ impl DesiredState {
     /// Notes how the viewer says an alarm stands.
     pub(crate) fn note_alarm(&mut self, snapshot: &AlarmSnapshot) {
         match snapshot.state {
-            0 => drop(self.alarms.remove(&snapshot.alarm)),
+            AlarmState::Normal => drop(self.alarms.remove(&snapshot.alarm)),
             _ => drop(put(&mut self.alarms, &snapshot.alarm, snapshot.clone(), MAX_NAMES)),
         }
     }
@@ -134,7 +135,7 @@ impl DesiredState {
         commands.extend(self.time.map(|time| Command::SetTime(Some(time))));
         let tags: Vec<_> = self.tags.values().cloned().collect();
         commands.extend(tags.chunks(MAX_TAGS_A_MESSAGE).map(|tags| Command::SetTags(tags.into())));
-        let mirrored = |(alarm, state): (&String, &u8)| Command::MirrorAlarm {
+        let mirrored = |(alarm, state): (&String, &AlarmState)| Command::MirrorAlarm {
             alarm: alarm.clone(),
             state: *state,
         };
@@ -153,7 +154,7 @@ fn put<T>(map: &mut BTreeMap<String, T>, key: &str, value: T, limit: usize) -> b
 
 #[cfg(test)]
 mod tests {
-    use busbar_protocol::message::{TagQuality, TagValue};
+    use busbar_types::{QualityLevel, Value};
 
     use super::*;
 
@@ -164,8 +165,8 @@ mod tests {
     fn tag(id: &str, value: Option<f64>, sent_at: u64) -> TagUpdate {
         TagUpdate {
             tag: id.into(),
-            value: value.map(TagValue::F64),
-            quality: if value.is_some() { TagQuality::Good } else { TagQuality::Bad },
+            value: value.map(Value::F64),
+            quality: if value.is_some() { QualityLevel::Good } else { QualityLevel::Bad },
             source_time: None,
             sent_at,
         }
@@ -190,9 +191,9 @@ mod tests {
             origins: Vec::new(),
             reason: String::new(),
         };
-        desired.note_alarm(&snapshot(6));
-        assert_eq!(desired.start_parameters().alarms, [snapshot(6)]);
-        desired.note_alarm(&snapshot(0));
+        desired.note_alarm(&snapshot(AlarmState::Shelved));
+        assert_eq!(desired.start_parameters().alarms, [snapshot(AlarmState::Shelved)]);
+        desired.note_alarm(&snapshot(AlarmState::Normal));
         assert_eq!(desired.start_parameters().alarms, []);
     }
 
@@ -201,7 +202,7 @@ mod tests {
         let mut desired = desired();
         desired.note(&Command::SetTags(vec![tag("T", Some(1.0), 10)]));
         desired.note(&Command::SetTags(vec![tag("T", None, 20)]));
-        let known = TagUpdate { quality: TagQuality::Bad, ..tag("T", Some(1.0), 10) };
+        let known = TagUpdate { quality: QualityLevel::Bad, ..tag("T", Some(1.0), 10) };
         assert_eq!(desired.commands(), [Command::SetTags(vec![known])]);
     }
 

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, VecDeque};
 
 use busbar_protocol::message::{
-    AlarmAction, AlarmSnapshot, CameraPose, TagSnapshot, VerdictSnapshot,
+    AlarmRequest, AlarmSnapshot, CameraPose, TagSnapshot, VerdictSnapshot,
 };
 
 /// Events that wait and are not merged. Beyond that, states of an alarm are merged into its
@@ -36,7 +36,7 @@ pub enum Event {
         /// Id of the alarm.
         alarm: String,
         /// Requested action of the operator.
-        action: AlarmAction,
+        action: AlarmRequest,
     },
     /// Quality and origins of a tag's value. Merged by tag.
     Quality(TagSnapshot),
@@ -180,11 +180,11 @@ pub type Listener = Box<dyn FnMut(&mut dyn Iterator<Item = (Event, u32)>) + Send
 
 #[cfg(test)]
 mod tests {
-    use busbar_protocol::message::TagQuality;
+    use busbar_types::{AlarmState, Origin, QualityLevel};
 
     use super::*;
 
-    fn alarm(number: usize, state: u8) -> Event {
+    fn alarm(number: usize, state: AlarmState) -> Event {
         let alarm = format!("alarm {number}");
         let [standing, reason] = [const { String::new() }; 2];
         Event::Alarm(AlarmSnapshot {
@@ -198,8 +198,8 @@ mod tests {
     }
 
     fn quality(tag: &str) -> Event {
-        let (quality, origins) = (TagQuality::Good, Vec::new());
-        Event::Quality(TagSnapshot { tag: tag.into(), quality, origins, reason: String::new() })
+        let (quality, origin) = (QualityLevel::Good, Origin::LIVE);
+        Event::Quality(TagSnapshot { tag: tag.into(), quality, origin, reason: String::new() })
     }
 
     #[test]
@@ -225,7 +225,7 @@ mod tests {
     fn no_alarm_is_ever_lost() {
         let mut events = Events::default();
         (0..2 * MAX_EVENTS).for_each(|_| events.push(Event::Picked("x".into())));
-        for state in 0..3 {
+        for state in [AlarmState::Normal, AlarmState::Unacknowledged, AlarmState::Acknowledged] {
             (0..2 * MAX_EVENTS).for_each(|number| events.push(alarm(number, state)));
         }
         let (_, dropped) = events.pop().unwrap();
@@ -240,7 +240,7 @@ mod tests {
         }
         for number in 0..2 * MAX_EVENTS {
             let id = format!("alarm {number}");
-            assert_eq!(last.get(&id), Some(&2), "{id}");
+            assert_eq!(last.get(&id), Some(&AlarmState::Acknowledged), "{id}");
         }
         assert!(count <= 4 * MAX_EVENTS, "{count} wait");
     }

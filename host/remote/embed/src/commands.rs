@@ -5,10 +5,10 @@ use std::ffi::c_char;
 
 use busbar_client::OutboxFull;
 use busbar_protocol::message::{
-    AlarmAction, CameraPose, Command, MAX_TAGS_A_MESSAGE, PointerEvent, TagQuality, TagUpdate,
-    TagValue,
+    AlarmRequest, CameraPose, Command, MAX_TAGS_A_MESSAGE, PointerEvent, TagUpdate,
 };
 use busbar_protocol::pictures::now;
+use busbar_types::{AlarmState, DoublePoint, QualityLevel, Value};
 
 use crate::abi::*;
 use crate::calls::{absolute, with};
@@ -173,22 +173,24 @@ unsafe fn update(tag: &BusbarViewTag, sent_at: u64) -> Option<TagUpdate> {
     // SAFETY: the caller's.
     let id = unsafe { from_c(tag.id) }?;
     let value = match BusbarViewValueKind::from_number(tag.kind)? {
-        BusbarViewValueKind::F64 => Some(TagValue::F64(tag.number)),
-        BusbarViewValueKind::I64 => Some(TagValue::I64(tag.integer)),
-        BusbarViewValueKind::Bool => Some(TagValue::Bool(tag.integer != 0)),
-        BusbarViewValueKind::DoublePoint => {
-            Some(TagValue::DoublePoint(tag.integer.try_into().ok()?))
-        }
+        BusbarViewValueKind::F64 => Some(Value::F64(tag.number)),
+        BusbarViewValueKind::I64 => Some(Value::I64(tag.integer)),
+        BusbarViewValueKind::Bool => Some(Value::Bool(tag.integer != 0)),
+        BusbarViewValueKind::DoublePoint => Some(Value::DoublePoint(position(tag.integer)?)),
         BusbarViewValueKind::None => None,
     };
     let quality = match BusbarViewQuality::from_number(tag.quality)? {
-        BusbarViewQuality::Good => TagQuality::Good,
-        BusbarViewQuality::Uncertain => TagQuality::Uncertain,
-        BusbarViewQuality::Bad => TagQuality::Bad,
+        BusbarViewQuality::Good => QualityLevel::Good,
+        BusbarViewQuality::Uncertain => QualityLevel::Uncertain,
+        BusbarViewQuality::Bad => QualityLevel::Bad,
     };
     let is_known = tag.source_unix_nanos != BUSBAR_VIEW_NO_TIME;
     let source_time = is_known.then_some(tag.source_unix_nanos);
     Some(TagUpdate { tag: id.to_owned(), value, quality, source_time, sent_at })
+}
+
+fn position(number: i64) -> Option<DoublePoint> {
+    u64::try_from(number).ok().filter(|bits| *bits <= 3).map(DoublePoint::from_bits)
 }
 
 /// Applies an operator's action to an alarm. `shelve_seconds` is the shelving time. A null
@@ -205,10 +207,10 @@ pub unsafe extern "C" fn busbar_view_act_on_alarm(
     operator_name: *const c_char,
 ) -> BusbarStatus {
     let action = match BusbarViewAlarmAction::from_number(action) {
-        Some(BusbarViewAlarmAction::Acknowledge) => AlarmAction::Acknowledge,
-        Some(BusbarViewAlarmAction::Shelve) => AlarmAction::Shelve(shelve_seconds),
-        Some(BusbarViewAlarmAction::Unshelve) => AlarmAction::Unshelve,
-        Some(BusbarViewAlarmAction::Reset) => AlarmAction::Reset,
+        Some(BusbarViewAlarmAction::Acknowledge) => AlarmRequest::Acknowledge,
+        Some(BusbarViewAlarmAction::Shelve) => AlarmRequest::Shelve(shelve_seconds),
+        Some(BusbarViewAlarmAction::Unshelve) => AlarmRequest::Unshelve,
+        Some(BusbarViewAlarmAction::Reset) => AlarmRequest::Reset,
         Some(BusbarViewAlarmAction::None) | None => return BusbarStatus::Invalid,
     };
     // SAFETY: the caller's.
@@ -237,8 +239,7 @@ pub unsafe extern "C" fn busbar_view_mirror_alarm(
     // SAFETY: the caller's.
     let alarm = unsafe { from_c(alarm) };
     let known = BusbarViewAlarmState::from_number(state);
-    // The protocol counts states from 0, which is A.
-    let state = known.and_then(|state| (state as u8).checked_sub(b'A'));
+    let state = known.and_then(|state| AlarmState::from_letter(char::from(state as u8)));
     let command = alarm
         .zip(state)
         .map(|(alarm, state)| Command::MirrorAlarm { alarm: alarm.to_owned(), state });

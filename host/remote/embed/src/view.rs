@@ -4,7 +4,8 @@ use std::ffi::{CString, c_void};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use busbar_client::{Event, Options, View};
-use busbar_protocol::message::{AlarmAction, EquipmentVerdict, TagOrigin, TagQuality, TagSnapshot};
+use busbar_protocol::message::{AlarmRequest, EquipmentVerdict, TagSnapshot};
+use busbar_types::{AlarmState, Origin, QualityLevel};
 
 use crate::abi::*;
 use crate::strings::to_c;
@@ -142,9 +143,9 @@ fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEven
             (told.alarm_action, told.shelve_seconds) = alarm_action(action);
             (Kind::ActionRequested, alarm, none)
         }
-        Event::Quality(TagSnapshot { tag, quality, origins, reason }) => {
+        Event::Quality(TagSnapshot { tag, quality, origin, reason }) => {
             told.quality = self::quality(quality);
-            told.origins = origins.into_iter().fold(0, |all, origin| all | origin_bit(origin));
+            told.origins = origin_bits(origin);
             (Kind::Quality, tag, reason)
         }
         Event::Verdict(snapshot) => {
@@ -173,28 +174,28 @@ fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEven
     told
 }
 
-/// Converts a state of the protocol, which counts from 0 for A; one that is not known is `None`.
-fn alarm_state(state: u8) -> BusbarViewAlarmState {
-    BusbarViewAlarmState::from_number(u32::from(b'A') + u32::from(state))
-        .unwrap_or(BusbarViewAlarmState::None)
+/// Converts a state, whose number in C is its letter.
+fn alarm_state(state: AlarmState) -> BusbarViewAlarmState {
+    BusbarViewAlarmState::from_number(state.letter().into()).unwrap_or(BusbarViewAlarmState::None)
 }
 
-fn quality(quality: TagQuality) -> BusbarViewQuality {
+fn quality(quality: QualityLevel) -> BusbarViewQuality {
     match quality {
-        TagQuality::Good => BusbarViewQuality::Good,
-        TagQuality::Uncertain => BusbarViewQuality::Uncertain,
-        TagQuality::Bad => BusbarViewQuality::Bad,
+        QualityLevel::Good => BusbarViewQuality::Good,
+        QualityLevel::Uncertain => BusbarViewQuality::Uncertain,
+        QualityLevel::Bad => BusbarViewQuality::Bad,
     }
 }
 
-fn origin_bit(origin: TagOrigin) -> u32 {
-    match origin {
-        TagOrigin::Substituted => BUSBAR_VIEW_ORIGIN_SUBSTITUTED,
-        TagOrigin::Test => BUSBAR_VIEW_ORIGIN_TEST,
-        TagOrigin::Simulated => BUSBAR_VIEW_ORIGIN_SIMULATED,
-        TagOrigin::Recorded => BUSBAR_VIEW_ORIGIN_RECORDED,
-        TagOrigin::Historical => BUSBAR_VIEW_ORIGIN_HISTORICAL,
-    }
+fn origin_bits(origin: Origin) -> u32 {
+    let bits = [
+        (Origin::SUBSTITUTED, BUSBAR_VIEW_ORIGIN_SUBSTITUTED),
+        (Origin::TEST, BUSBAR_VIEW_ORIGIN_TEST),
+        (Origin::SIMULATED, BUSBAR_VIEW_ORIGIN_SIMULATED),
+        (Origin::RECORDED, BUSBAR_VIEW_ORIGIN_RECORDED),
+        (Origin::HISTORICAL, BUSBAR_VIEW_ORIGIN_HISTORICAL),
+    ];
+    bits.into_iter().filter(|(one, _)| origin.contains(*one)).fold(0, |all, (_, bit)| all | bit)
 }
 
 fn verdict(verdict: EquipmentVerdict) -> BusbarViewVerdict {
@@ -207,11 +208,11 @@ fn verdict(verdict: EquipmentVerdict) -> BusbarViewVerdict {
 }
 
 /// Converts an action, with the shelving time in seconds.
-fn alarm_action(action: AlarmAction) -> (BusbarViewAlarmAction, u32) {
+fn alarm_action(action: AlarmRequest) -> (BusbarViewAlarmAction, u32) {
     match action {
-        AlarmAction::Acknowledge => (BusbarViewAlarmAction::Acknowledge, 0),
-        AlarmAction::Shelve(seconds) => (BusbarViewAlarmAction::Shelve, seconds),
-        AlarmAction::Unshelve => (BusbarViewAlarmAction::Unshelve, 0),
-        AlarmAction::Reset => (BusbarViewAlarmAction::Reset, 0),
+        AlarmRequest::Acknowledge => (BusbarViewAlarmAction::Acknowledge, 0),
+        AlarmRequest::Shelve(seconds) => (BusbarViewAlarmAction::Shelve, seconds),
+        AlarmRequest::Unshelve => (BusbarViewAlarmAction::Unshelve, 0),
+        AlarmRequest::Reset => (BusbarViewAlarmAction::Reset, 0),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::message::{
     Command, HostMessage, KeyEvent, MAX_SIDE, MAX_TAGS_A_MESSAGE, MAX_TEXT_BYTES, MAX_TYPED_BYTES,
-    PointerEvent, TagUpdate, TagValue,
+    PointerEvent,
 };
 use crate::pictures::{MAX_PICTURE_BYTES, picture_bytes};
 
@@ -40,11 +40,8 @@ impl Command {
             Self::SetTags(tags) if tags.len() > MAX_TAGS_A_MESSAGE => {
                 Err(format!("{} tags at once; at most {MAX_TAGS_A_MESSAGE}", tags.len()))
             }
-            Self::SetTags(tags) => tags.iter().try_for_each(TagUpdate::check),
+            Self::SetTags(tags) => tags.iter().try_for_each(|tag| text(&tag.tag)),
             Self::ActOnAlarm { alarm, operator, .. } => text(alarm).and_then(|()| text(operator)),
-            Self::MirrorAlarm { state, .. } if *state > 8 => {
-                Err(format!("alarm state {state}; give 0 for A to 8 for I"))
-            }
             Self::MirrorAlarm { alarm, .. } => text(alarm),
             Self::Pointer(PointerEvent::Moved(at) | PointerEvent::Button { at, .. }) => finite(at),
             Self::Pointer(PointerEvent::Scrolled(steps)) => finite([steps]),
@@ -59,17 +56,6 @@ impl Command {
             | Self::SetTime(_)
             | Self::Pick(_)
             | Self::Pointer(PointerEvent::Left) => Ok(()),
-        }
-    }
-}
-
-impl TagUpdate {
-    fn check(&self) -> Result<(), String> {
-        match self.value {
-            Some(TagValue::DoublePoint(position)) if position > 3 => {
-                Err(format!("'{}': switch position {position}; give 0 to 3", self.tag))
-            }
-            _ => text(&self.tag),
         }
     }
 }

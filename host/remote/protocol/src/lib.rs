@@ -15,6 +15,7 @@ mod check;
 pub mod framing;
 pub mod memory;
 pub mod message;
+mod origin_list;
 pub mod pictures;
 pub mod progress;
 pub mod socket;

@@ -3,6 +3,7 @@
 //! Both are of the same release, or the viewer says that they are not and ends. A pane
 //! is one viewer's view, seen from the host program.
 
+use busbar_types::{AlarmState, Origin, QualityLevel, Value};
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
@@ -95,7 +96,7 @@ pub enum Command {
         /// Id of the alarm.
         alarm: String,
         /// Action of the operator.
-        action: AlarmAction,
+        action: AlarmRequest,
         /// Name of the operator; empty for the operator of [`StartParameters`].
         operator: String,
     },
@@ -103,8 +104,8 @@ pub enum Command {
     MirrorAlarm {
         /// Id of the alarm.
         alarm: String,
-        /// State by its letter in IEC 62682, 0 for A to 8 for I.
-        state: u8,
+        /// State by IEC 62682; on the wire 0 for A to 8 for I.
+        state: AlarmState,
     },
     /// Sets the instant that a chart shows, nanoseconds since 1970-01-01 UTC; none for all.
     SetTime(Option<i64>),
@@ -119,9 +120,10 @@ pub enum Command {
     Key(KeyEvent),
 }
 
-/// Operator action on an alarm.
+/// Operator action on an alarm that a host program may ask for, or be asked for. Nobody takes an
+/// alarm out of service from afar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum AlarmAction {
+pub enum AlarmRequest {
     /// Say that it was seen.
     Acknowledge,
     /// Put it on the shelf for so many seconds.
@@ -189,53 +191,14 @@ pub struct TagUpdate {
     /// Id of the tag.
     pub tag: String,
     /// Value of the tag; none changes the quality alone.
-    pub value: Option<TagValue>,
+    pub value: Option<Value>,
     /// Quality of the value.
-    pub quality: TagQuality,
+    pub quality: QualityLevel,
     /// Source timestamp, nanoseconds since 1970-01-01 UTC, if known.
     pub source_time: Option<i64>,
     /// Instant at which the host program set the value, nanoseconds of the clock since boot. The
     /// time that an update waits for a viewer counts as age.
     pub sent_at: u64,
-}
-
-/// Value of a tag.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum TagValue {
-    /// Floating-point measurement, in the tag's unit.
-    F64(f64),
-    /// A counter or code.
-    I64(i64),
-    /// Single point (on or off).
-    Bool(bool),
-    /// A switch position: 0 travelling, 1 open, 2 closed, 3 invalid (IEC 60870-5-101, 7.2.6.2).
-    DoublePoint(u8),
-}
-
-/// Quality of a tag value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum TagQuality {
-    /// Value that is usable.
-    Good,
-    /// Value that is doubtful.
-    Uncertain,
-    /// Value that is not usable.
-    Bad,
-}
-
-/// Source of a value that was not measured just now by the process itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum TagOrigin {
-    /// Put in place of the measured value by a person or program.
-    Substituted,
-    /// Sent by a device under test.
-    Test,
-    /// Made by a simulator.
-    Simulated,
-    /// Replayed from a recording.
-    Recorded,
-    /// Out of the past, as the source says.
-    Historical,
 }
 
 /// Quality and origins of a tag's value.
@@ -244,9 +207,10 @@ pub struct TagSnapshot {
     /// Id of the tag.
     pub tag: String,
     /// Quality of the value, freshness included.
-    pub quality: TagQuality,
-    /// Origins besides the live process; none for a live value.
-    pub origins: Vec<TagOrigin>,
+    pub quality: QualityLevel,
+    /// Origins of the value; on the wire a list of their places in [`Origin::ALL`].
+    #[serde(with = "crate::origin_list")]
+    pub origin: Origin,
     /// Reason in words for a quality that is not good; else empty.
     pub reason: String,
 }
@@ -284,8 +248,8 @@ pub enum EquipmentVerdict {
 pub struct AlarmSnapshot {
     /// Id of the alarm.
     pub alarm: String,
-    /// State by its letter in IEC 62682, 0 for A to 8 for I.
-    pub state: u8,
+    /// State by IEC 62682; on the wire 0 for A to 8 for I.
+    pub state: AlarmState,
     /// Since when, nanoseconds since 1970-01-01 UTC.
     pub since: i64,
     /// Complete state of the alarm as JSON, for the next viewer.
@@ -325,7 +289,7 @@ pub enum ViewerMessage {
         /// Id of the alarm.
         alarm: String,
         /// Requested action of the operator.
-        action: AlarmAction,
+        action: AlarmRequest,
     },
     /// Quality and origins of a tag's value after a change.
     Quality(TagSnapshot),

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use busbar_client::{Event, PictureState, View};
 use busbar_protocol::message::{Command, Target};
 use busbar_protocol::pictures;
+use busbar_types::AlarmState;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use tokio::sync::{broadcast, watch};
 
@@ -76,7 +77,7 @@ struct ViewerSnapshot {
     superseded: VecDeque<(u64, u64)>,
     /// Reports whether there ever was a picture.
     was_ever_ready: bool,
-    alarms: HashMap<String, u8>,
+    alarms: HashMap<String, AlarmState>,
 }
 
 impl Hub {
@@ -272,7 +273,7 @@ impl Hub {
             Event::Alarm(snapshot) => {
                 let alarms = &mut lock(&self.shown).alarms;
                 match snapshot.state {
-                    0 => drop(alarms.remove(&snapshot.alarm)),
+                    AlarmState::Normal => drop(alarms.remove(&snapshot.alarm)),
                     state => drop(alarms.insert(snapshot.alarm, state)),
                 }
                 // Counts are sent with beats: a storm of alarms is no storm of messages.

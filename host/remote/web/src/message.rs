@@ -1,6 +1,7 @@
 //! JSON messages between a page and its server, apart from pictures.
 
 use busbar_protocol::message::{Command, KeyEvent, Modifiers, PointerEvent};
+use busbar_types::AlarmState;
 use serde::{Deserialize, Serialize};
 
 /// The longest message of a page, bytes.
@@ -122,20 +123,20 @@ pub(crate) struct AlarmCounts {
 }
 
 impl AlarmCounts {
-    /// Counts alarms, each by its state: 0 for A to 8 for I.
-    pub(crate) fn count(states: impl Iterator<Item = u8>) -> Self {
+    /// Counts alarms, each by its state.
+    pub(crate) fn count(states: impl Iterator<Item = AlarmState>) -> Self {
         let mut counts = Self::default();
         for state in states {
             let count = match state {
-                1 => &mut counts.unacknowledged,
-                2 => &mut counts.acknowledged,
-                3 => &mut counts.returned_unacknowledged,
-                4 => &mut counts.latched_unacknowledged,
-                5 => &mut counts.latched_acknowledged,
-                6 => &mut counts.shelved,
-                7 => &mut counts.suppressed,
-                8 => &mut counts.out_of_service,
-                _ => continue,
+                AlarmState::Normal => continue,
+                AlarmState::Unacknowledged => &mut counts.unacknowledged,
+                AlarmState::Acknowledged => &mut counts.acknowledged,
+                AlarmState::ReturnedUnacknowledged => &mut counts.returned_unacknowledged,
+                AlarmState::LatchedUnacknowledged => &mut counts.latched_unacknowledged,
+                AlarmState::LatchedAcknowledged => &mut counts.latched_acknowledged,
+                AlarmState::Shelved => &mut counts.shelved,
+                AlarmState::SuppressedByDesign => &mut counts.suppressed,
+                AlarmState::OutOfService => &mut counts.out_of_service,
             };
             *count += 1;
         }
@@ -245,7 +246,9 @@ mod tests {
         assert_eq!(text(beat), r#"{"beat":["live",90,2,17]}"#);
         assert_eq!(FromPage::parse(r#"{"probe":17}"#), Ok(FromPage::Probe(17)));
         assert_eq!(text(ToPage::Steers(true)), r#"{"steers":true}"#);
-        let counts = AlarmCounts::count([0, 1, 1, 6, 9].into_iter());
+        use AlarmState::{Normal, Shelved, Unacknowledged};
+        let counts =
+            AlarmCounts::count([Normal, Unacknowledged, Unacknowledged, Shelved].into_iter());
         assert!(text(ToPage::Alarms(counts)).starts_with(r#"{"alarms":{"unacknowledged":2,"#));
         assert_eq!(counts.shelved, 1);
     }

@@ -2,8 +2,10 @@
 
 use std::time::Duration;
 
+use busbar_types::{DoublePoint, Limit, Priority};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
 
 use crate::alarm_sources::{AlarmSourceConfig, RawAlarmSource};
 use crate::limits::*;
@@ -40,7 +42,7 @@ pub(crate) struct RawAlarm {
     /// Priority, by how soon somebody must act.
     #[serde(default)]
     #[schemars(extend("examples" = ["high"]))]
-    priority: PriorityConfig,
+    priority: Priority,
     /// Latches the alarm: once it occurred, it stays until an operator resets it.
     #[serde(default)]
     latched: bool,
@@ -156,7 +158,14 @@ pub(crate) struct RawSuppression {
 pub(crate) enum RawState {
     Bool(bool),
     Integer(i64),
-    DoublePoint(DoublePointConfig),
+    #[serde(deserialize_with = "position")]
+    DoublePoint(DoublePoint),
+}
+
+/// Reads the word of a switch position.
+fn position<'de, D: Deserializer<'de>>(from: D) -> Result<DoublePoint, D::Error> {
+    let word = String::deserialize(from)?;
+    DoublePoint::from_name(&word).ok_or_else(|| D::Error::custom("no position of a switch"))
 }
 
 /// Settings of all alarms.
@@ -191,49 +200,6 @@ pub(crate) struct RawAlarmHandling {
     max_shelving_seconds: f64,
 }
 
-/// Priority of an alarm, the most urgent first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-#[schemars(rename = "Priority")]
-pub enum PriorityConfig {
-    /// Action is needed at once.
-    Critical,
-    /// Action is needed promptly.
-    High,
-    /// Action is needed soon.
-    #[default]
-    Medium,
-    /// Action may be deferred.
-    Low,
-}
-
-/// Limits of a measurement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LimitConfig {
-    /// Upper limit of high urgency.
-    HighHigh,
-    /// Upper limit of a measurement.
-    High,
-    /// Lower limit of a measurement.
-    Low,
-    /// Lower limit of high urgency.
-    LowLow,
-}
-
-/// Position of a switch (IEC 60870-5-101, 7.2.6.2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DoublePointConfig {
-    /// Neither contact is closed.
-    Intermediate,
-    /// The switch is open.
-    Off,
-    /// The switch is closed.
-    On,
-    /// Both contacts are closed.
-    BadState,
-}
-
 /// A state of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateConfig {
@@ -242,7 +208,7 @@ pub enum StateConfig {
     /// State of a tag of type i64.
     Integer(i64),
     /// State of a tag of type double_point.
-    DoublePoint(DoublePointConfig),
+    DoublePoint(DoublePoint),
 }
 
 /// Condition on a tag's value that fits the tag's type.
@@ -251,7 +217,7 @@ pub enum ConditionConfig {
     /// A number beyond a limit.
     Limit {
         /// Kind of the limit.
-        limit: LimitConfig,
+        limit: Limit,
         /// Limit value, in the tag's unit.
         at: f64,
         /// Deadband before the condition clears; not negative.
@@ -318,7 +284,7 @@ pub struct AlarmConfig {
     /// Equipment id; whether a part of a model exists is not checked here.
     pub equipment: Option<String>,
     /// Priority of the alarm.
-    pub priority: PriorityConfig,
+    pub priority: Priority,
     /// True where the alarm stays until an operator resets it.
     pub latched: bool,
     /// Alarms of one group tell which of them came first.
@@ -448,10 +414,10 @@ impl RawCondition {
     /// The rules ensure that it is of one kind.
     fn resolve(&self) -> ConditionConfig {
         let limits = [
-            (LimitConfig::HighHigh, self.high_high),
-            (LimitConfig::High, self.high),
-            (LimitConfig::Low, self.low),
-            (LimitConfig::LowLow, self.low_low),
+            (Limit::HighHigh, self.high_high),
+            (Limit::High, self.high),
+            (Limit::Low, self.low),
+            (Limit::LowLow, self.low_low),
         ];
         let limit = limits.into_iter().find_map(|(limit, at)| Some((limit, at?)));
         match (limit, &self.equals, &self.differs) {

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use busbar_types::ValueKind;
 use serde_json::Value;
 
+use crate::Band;
 use crate::alarms::{AlarmConfig, AlarmHandlingConfig};
 use crate::changes::Fingerprints;
 use crate::equipment::EquipmentConfig;
@@ -12,7 +14,6 @@ use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
 use crate::scene::SceneConfig;
 use crate::service::{LogConfig, MetricsConfig};
 use crate::simulate::SimulateConfig;
-use crate::tag_type::{Band, TagType};
 use crate::theta::ThetaConfig;
 use crate::view::{CameraConfig, ViewConfig};
 use crate::{Diagnostic, Positions};
@@ -117,7 +118,7 @@ pub struct TagConfig {
     /// Name shown to people; the id where the text gives no name.
     pub name: String,
     /// Type of its value.
-    pub value_type: TagType,
+    pub value_type: ValueKind,
     /// Unit, such as `°C`; may be empty.
     pub unit: String,
     /// Plausible measuring range: outside it, quality is uncertain.

@@ -12,6 +12,7 @@
 mod alarm_rules;
 mod alarm_sources;
 mod alarms;
+mod band;
 mod changes;
 mod config;
 mod diagnostic;
@@ -39,7 +40,6 @@ mod simulate;
 mod structure;
 mod suggestions;
 mod syntax;
-mod tag_type;
 mod theta;
 mod upgrade;
 mod view;
@@ -47,9 +47,10 @@ mod world_transform;
 
 pub use alarm_sources::AlarmSourceConfig;
 pub use alarms::{
-    AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, DoublePointConfig,
-    LimitConfig, PriorityConfig, StateConfig, TagConditionConfig, VerdictSeverityConfig,
+    AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, StateConfig,
+    TagConditionConfig, VerdictSeverityConfig,
 };
+pub use band::Band;
 pub use changes::{Change, ChangeKind, Changes, Fingerprints, Section};
 pub use config::{
     BindingConfig, CacheConfig, ChartConfig, Config, DirectoryConfig, ModelConfig,
@@ -63,14 +64,11 @@ pub use moving_parts::{EndConfig, MovingPartConfig};
 pub use plugins::{FreshnessBasis, Isolation, PluginConfig, SignatureConfig, SupervisionConfig};
 pub use pointer::join_pointer;
 pub use positions::Positions;
-pub use scenario::{
-    LinkFaultConfig, LinkFaultKind, ScenarioConfig, ScenarioEventConfig, parse_scenario,
-};
+pub use scenario::{LinkFaultConfig, ScenarioConfig, ScenarioEventConfig, parse_scenario};
 pub use scene::{NodeConfig, SceneConfig, SceneNodes, TransformConfig};
 pub use schema::schema;
 pub use service::{LogConfig, LogFormatConfig, MetricsConfig};
-pub use simulate::{SimulateConfig, SimulatedShape};
-pub use tag_type::{Band, TagType};
+pub use simulate::SimulateConfig;
 pub use theta::{ThetaConfig, ThetaLevelConfig};
 pub use upgrade::{TextKind, UpgradedText, upgrade};
 pub use view::{

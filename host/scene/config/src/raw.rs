@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use busbar_types::ValueKind;
 use schemars::{JsonSchema, Schema, json_schema};
 use serde::Deserialize;
 use serde_json::Value;
@@ -15,7 +16,6 @@ use crate::moving_parts::RawMovingPart;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
 use crate::service::{RawLog, RawMetrics};
 use crate::simulate::RawSimulate;
-use crate::tag_type::TagType;
 use crate::theta::RawTheta;
 use crate::view::ThemeConfig;
 
@@ -260,7 +260,7 @@ pub(crate) struct RawTag {
     /// Type of the value.
     #[serde(rename = "type")]
     #[schemars(extend("examples" = ["f64"]))]
-    pub(crate) value_type: TagType,
+    pub(crate) value_type: ValueKind,
     /// Unit shown behind the value.
     #[serde(default)]
     #[schemars(length(max = 32), extend("examples" = ["°C"]))]

@@ -6,6 +6,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_path_to_error::Segment;
 
+use crate::Band;
 use crate::changes::Fingerprints;
 use crate::config::*;
 use crate::durations::whole_millis;
@@ -14,7 +15,6 @@ use crate::plugins::SignatureConfig;
 use crate::raw::*;
 use crate::scene::SceneConfig;
 use crate::service::RawMetrics;
-use crate::tag_type::Band;
 use crate::view::{CameraConfig, ProjectionConfig, QualityConfig, SectionConfig, ViewConfig};
 use crate::{Diagnostic, Positions, join_pointer};
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
+use busbar_types::{FaultKind, ValueKind};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
@@ -11,7 +12,6 @@ use crate::config::Config;
 use crate::limits::*;
 use crate::report::Report;
 use crate::schema::CompiledSchema;
-use crate::tag_type::TagType;
 use crate::{Diagnostic, TagConfig, join_pointer, resolve, structure, suggestions, syntax};
 
 pub(crate) static FORM: LazyLock<CompiledSchema> =
@@ -69,33 +69,13 @@ struct RawEvent {
     instance: Option<String>,
     /// Kind of the link fault.
     #[serde(default)]
-    #[schemars(with = "LinkFaultKind", extend("examples" = ["link-loss"]))]
-    link: Option<LinkFaultKind>,
+    #[schemars(with = "FaultKind", extend("examples" = ["link-loss"]))]
+    link: Option<FaultKind>,
     /// Duration of the fault, seconds.
     #[serde(default)]
     #[schemars(with = "f64", range(min = 0.001, max = MAX_SCENARIO_SECONDS), extend("examples" = [20]))]
     #[schemars(extend("x-busbar-formerly" = ["for"]))]
     for_seconds: Option<f64>,
-}
-
-/// A way in which a link fails, as `busbar simulate --fault` names them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LinkFaultKind {
-    /// Connections end, and new ones are turned away.
-    LinkLoss,
-    /// Every answer takes a while, but comes in time.
-    Slow,
-    /// Connections stay, and nothing comes through them.
-    HalfOpen,
-    /// Connections are reset, again and again.
-    Reset,
-    /// Random bytes come instead of answers.
-    Garbage,
-    /// Answers come after the client's deadline.
-    Late,
-    /// The device's clock is wrong.
-    ClockJump,
 }
 
 /// Scenario for the devices of a configuration.
@@ -133,7 +113,7 @@ pub struct LinkFaultConfig {
     /// Name of the plugin instance.
     pub plugin: String,
     /// Kind of the link fault.
-    pub kind: LinkFaultKind,
+    pub kind: FaultKind,
 }
 
 /// Reads a scenario for the devices of a configuration.
@@ -231,7 +211,7 @@ fn check_value(
     report: &mut Report<'_>,
 ) {
     let most = match tag.value_type {
-        TagType::F64 | TagType::I64 => {
+        ValueKind::F64 | ValueKind::I64 => {
             let (low, high) = (tag.range.low, tag.range.high);
             if low.is_some_and(|low| value < low) || high.is_some_and(|high| value > high) {
                 let cause = format!("{value} lies outside the range of the tag");
@@ -239,8 +219,8 @@ fn check_value(
             }
             return;
         }
-        TagType::Bool => 1.0,
-        TagType::DoublePoint => 3.0,
+        ValueKind::Bool => 1.0,
+        ValueKind::DoublePoint => 3.0,
     };
     if !(0.0..=most).contains(&value) || value.fract() != 0.0 {
         let cause = format!("the tag is never {value}");

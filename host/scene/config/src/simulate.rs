@@ -1,13 +1,14 @@
 //! Simulated movement of a tag's value: as typed, or derived from the tag's range and limits.
 
+use busbar_types::{SignalShape, ValueKind};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::Band;
 use crate::join_pointer;
 use crate::limits::*;
 use crate::report::Report;
-use crate::tag_type::{Band, TagType};
 
 /// Bounds of a tag that has none.
 const USUAL: [f64; 2] = [0.0, 100.0];
@@ -32,8 +33,8 @@ const CLOSED: f64 = 2.0;
 #[schemars(rename = "Simulate")]
 pub(crate) struct RawSimulate {
     /// Form of the movement; a bool or double_point is constant or moves in steps.
-    #[schemars(with = "SimulatedShape", extend("examples" = ["sine"]))]
-    shape: Option<SimulatedShape>,
+    #[schemars(with = "SignalShape", extend("examples" = ["sine"]))]
+    shape: Option<SignalShape>,
     /// Centre of the movement, in the tag's unit. A constant bool takes 0 or 1; a constant
     /// double_point 0 intermediate, 1 off, 2 on, 3 bad state.
     #[schemars(with = "f64", extend("examples" = [60]))]
@@ -47,27 +48,11 @@ pub(crate) struct RawSimulate {
     period_seconds: Option<f64>,
 }
 
-/// Form of a movement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SimulatedShape {
-    /// Constant value of the base.
-    Constant,
-    /// A sine about the base.
-    Sine,
-    /// A smooth random walk about the base.
-    Walk,
-    /// Random levels, or positions of a switch, each held for a period.
-    Steps,
-    /// One more each period.
-    Counter,
-}
-
 /// Movement of a tag's value where its device is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SimulateConfig {
     /// Form of the movement, which the tag's type can have.
-    pub shape: SimulatedShape,
+    pub shape: SignalShape,
     /// Centre of the movement, in the tag's unit.
     pub base: f64,
     /// Amplitude around the base; not negative.
@@ -78,17 +63,22 @@ pub struct SimulateConfig {
 
 impl RawSimulate {
     /// Completes missing values from type, range and limits.
-    pub(crate) fn resolve(self, value_type: TagType, range: Band, limits: Band) -> SimulateConfig {
+    pub(crate) fn resolve(
+        self,
+        value_type: ValueKind,
+        range: Band,
+        limits: Band,
+    ) -> SimulateConfig {
         let usual = match value_type {
-            TagType::F64 | TagType::I64 if self.shape == Some(SimulatedShape::Counter) => {
+            ValueKind::F64 | ValueKind::I64 if self.shape == Some(SignalShape::Counter) => {
                 let low = range.low.unwrap_or_default();
                 let high = range.high.unwrap_or(low + LAST_COUNT);
-                usual(SimulatedShape::Counter, low, high - low, COUNTER_PERIOD_SECONDS)
+                usual(SignalShape::Counter, low, high - low, COUNTER_PERIOD_SECONDS)
             }
-            TagType::F64 => number(SimulatedShape::Sine, range, limits),
-            TagType::I64 => number(SimulatedShape::Walk, range, limits),
-            TagType::Bool => usual(SimulatedShape::Steps, 0.0, 0.0, STATE_PERIOD_SECONDS),
-            TagType::DoublePoint => usual(SimulatedShape::Steps, CLOSED, 0.0, STATE_PERIOD_SECONDS),
+            ValueKind::F64 => number(SignalShape::Sine, range, limits),
+            ValueKind::I64 => number(SignalShape::Walk, range, limits),
+            ValueKind::Bool => usual(SignalShape::Steps, 0.0, 0.0, STATE_PERIOD_SECONDS),
+            ValueKind::DoublePoint => usual(SignalShape::Steps, CLOSED, 0.0, STATE_PERIOD_SECONDS),
         };
         SimulateConfig {
             shape: self.shape.unwrap_or(usual.shape),
@@ -99,12 +89,12 @@ impl RawSimulate {
     }
 }
 
-fn usual(shape: SimulatedShape, base: f64, amplitude: f64, period_seconds: f64) -> SimulateConfig {
+fn usual(shape: SignalShape, base: f64, amplitude: f64, period_seconds: f64) -> SimulateConfig {
     SimulateConfig { shape, base, amplitude, period_seconds }
 }
 
 /// A number that stays within its limits, about the middle of them.
-fn number(shape: SimulatedShape, range: Band, limits: Band) -> SimulateConfig {
+fn number(shape: SignalShape, range: Band, limits: Band) -> SimulateConfig {
     let low = limits.low.or(range.low);
     let high = limits.high.or(range.high);
     let [low, high] = match (low, high) {
@@ -177,16 +167,16 @@ mod tests {
             (NONE, lower, 35.5),
             (NONE, high_alone, -50.0),
         ] {
-            let found = RawSimulate::default().resolve(TagType::F64, range, limits);
+            let found = RawSimulate::default().resolve(ValueKind::F64, range, limits);
             assert!((found.base - base).abs() < 1e-9, "{range:?} {limits:?}: {found:?}");
-            assert!(found.amplitude > 0.0 && found.shape == SimulatedShape::Sine);
+            assert!(found.amplitude > 0.0 && found.shape == SignalShape::Sine);
             for end in [found.base - found.amplitude, found.base + found.amplitude] {
                 assert!(limits.contains(end) && range.contains(end), "{limits:?}: {found:?}");
             }
         }
         // Nothing lies between these: any value will do.
         let beyond = Band { low: Some(2.0), high: None };
-        let found = RawSimulate::default().resolve(TagType::F64, band(0.0, 1.0), beyond);
+        let found = RawSimulate::default().resolve(ValueKind::F64, band(0.0, 1.0), beyond);
         assert!(found.base.is_finite() && found.amplitude > 0.0);
     }
 
@@ -196,14 +186,14 @@ mod tests {
             r#"{"shape": "walk", "base": 60, "amplitude": 5, "period_seconds": 10}"#,
         )
         .unwrap();
-        let expected = usual(SimulatedShape::Walk, 60.0, 5.0, 10.0);
-        assert_eq!(typed.resolve(TagType::F64, band(0.0, 1.0), NONE), expected);
+        let expected = usual(SignalShape::Walk, 60.0, 5.0, 10.0);
+        assert_eq!(typed.resolve(ValueKind::F64, band(0.0, 1.0), NONE), expected);
         let counter: RawSimulate = serde_json::from_str(r#"{"shape": "counter"}"#).unwrap();
-        let expected = usual(SimulatedShape::Counter, 10.0, 90.0, 1.0);
-        assert_eq!(counter.resolve(TagType::I64, band(10.0, 100.0), NONE), expected);
-        let expected = usual(SimulatedShape::Counter, 0.0, 9999.0, 1.0);
-        assert_eq!(counter.resolve(TagType::F64, NONE, NONE), expected);
-        let steps = RawSimulate::default().resolve(TagType::DoublePoint, NONE, NONE);
-        assert_eq!((steps.shape, steps.base), (SimulatedShape::Steps, 2.0));
+        let expected = usual(SignalShape::Counter, 10.0, 90.0, 1.0);
+        assert_eq!(counter.resolve(ValueKind::I64, band(10.0, 100.0), NONE), expected);
+        let expected = usual(SignalShape::Counter, 0.0, 9999.0, 1.0);
+        assert_eq!(counter.resolve(ValueKind::F64, NONE, NONE), expected);
+        let steps = RawSimulate::default().resolve(ValueKind::DoublePoint, NONE, NONE);
+        assert_eq!((steps.shape, steps.base), (SignalShape::Steps, 2.0));
     }
 }

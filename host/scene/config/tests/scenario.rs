@@ -1,6 +1,7 @@
 //! Scenarios: what is read, and where exactly a text is at fault.
 
-use busbar_config::{LinkFaultConfig, LinkFaultKind, ScenarioEventConfig, parse, parse_scenario};
+use busbar_config::{LinkFaultConfig, ScenarioEventConfig, parse, parse_scenario};
+use busbar_types::FaultKind;
 
 const CONFIG: &str = r#"{
     "version": 1,
@@ -45,7 +46,7 @@ fn events_come_in_the_order_of_time() {
         at_seconds: 7.0,
         for_seconds: 20.0,
         plugin: "bay".into(),
-        kind: LinkFaultKind::LinkLoss,
+        kind: FaultKind::LinkLoss,
     };
     assert_eq!(scenario.link_faults, [fault]);
 }

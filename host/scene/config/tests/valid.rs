@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use busbar_config::{
-    AlarmOriginConfig, Band, Changes, ConditionConfig, Config, DoublePointConfig, EndConfig,
-    FORMER_NAMES, FreshnessBasis, Isolation, LimitConfig, LogConfig, LogFormatConfig,
-    MetricsConfig, PriorityConfig, QualityConfig, RenamedSettings, Section, Severity, StateConfig,
-    TagConditionConfig, TagType, ThemeConfig, ThetaConfig, ThetaLevelConfig, VerdictSeverityConfig,
-    parse, schema, upgrade,
+    AlarmOriginConfig, Band, Changes, ConditionConfig, Config, EndConfig, FORMER_NAMES,
+    FreshnessBasis, Isolation, LogConfig, LogFormatConfig, MetricsConfig, QualityConfig,
+    RenamedSettings, Section, Severity, StateConfig, TagConditionConfig, ThemeConfig, ThetaConfig,
+    ThetaLevelConfig, VerdictSeverityConfig, parse, schema, upgrade,
 };
+use busbar_types::{DoublePoint, Limit, Priority, ValueKind};
 use serde_json::json;
 
 const EXAMPLE: &str = include_str!("data/example.json");
@@ -75,13 +75,13 @@ fn parts_of_models_move_as_written() {
 fn alarms_are_of_tags_or_of_the_host() {
     let config = example();
     let hot = &config.alarms["T1.Hot"];
-    assert_eq!((hot.priority, hot.latched), (PriorityConfig::High, false));
+    assert_eq!((hot.priority, hot.latched), (Priority::High, false));
     assert_eq!(hot.equipment.as_deref(), Some("=S12D1T1-TA1/tank"));
     assert_eq!((hot.message.as_str(), hot.group.as_deref()), ("Top oil hot", Some("T1")));
     let limit = |limit, at, deadband| ConditionConfig::Limit { limit, at, deadband };
     let condition_of = |tag: &str, condition| TagConditionConfig { tag: tag.into(), condition };
     let expected = AlarmOriginConfig::Tag {
-        trigger: condition_of("T1.TopOil", limit(LimitConfig::High, 95.0, 2.0)),
+        trigger: condition_of("T1.TopOil", limit(Limit::High, 95.0, 2.0)),
         on_delay_seconds: 4.5,
         off_delay_seconds: 0.0,
         suppressed_by: Some(condition_of("Q1.Position", ConditionConfig::BadQuality)),
@@ -97,7 +97,7 @@ fn alarms_are_of_tags_or_of_the_host() {
     else {
         panic!("it is of a tag and can be suppressed")
     };
-    let closed = StateConfig::DoublePoint(DoublePointConfig::On);
+    let closed = StateConfig::DoublePoint(DoublePoint::On);
     assert_eq!(by.condition, ConditionConfig::Differs(closed));
     let delay = |name: &str| match &config.alarms[name].origin {
         AlarmOriginConfig::Tag { on_delay_seconds, .. } => Some(*on_delay_seconds),
@@ -120,7 +120,7 @@ fn alarms_follow_verdicts_of_overlays() {
     let config = parse(&text).unwrap_or_else(|faults| panic!("{faults:#?}"));
     let judged = &config.alarms["Judged"];
     assert_eq!(judged.equipment.as_deref(), Some("=S12D1T1-TA1"));
-    let off = ConditionConfig::Equals(StateConfig::DoublePoint(DoublePointConfig::Off));
+    let off = ConditionConfig::Equals(StateConfig::DoublePoint(DoublePoint::Off));
     let expected = AlarmOriginConfig::Verdict {
         overlay: "labels".into(),
         severity: VerdictSeverityConfig::Alarm,
@@ -195,7 +195,7 @@ fn tags_and_bindings_keep_what_is_theirs() {
     let config = example();
     let oil = &config.tags["T1.TopOil"];
     assert_eq!((oil.name.as_str(), oil.unit.as_str()), ("Top oil", "°C"));
-    assert_eq!((oil.value_type, oil.freshness_millis), (TagType::F64, 5000));
+    assert_eq!((oil.value_type, oil.freshness_millis), (ValueKind::F64, 5000));
     assert_eq!(oil.range, Band { low: Some(-40.0), high: Some(150.0) });
     assert_eq!(oil.limits, Band { low: None, high: Some(95.0) });
     assert!(oil.limits.contains(95.0) && !oil.limits.contains(95.1));
@@ -206,7 +206,7 @@ fn tags_and_bindings_keep_what_is_theirs() {
     let position = &config.tags["Q1.Position"];
     assert_eq!(
         (position.name.as_str(), position.value_type),
-        ("Q1.Position", TagType::DoublePoint)
+        ("Q1.Position", ValueKind::DoublePoint)
     );
     assert_eq!(position.freshness_millis, 3000);
     assert_eq!((position.scale, position.dead_band, position.expression()), (None, 0.0, None));

@@ -48,5 +48,5 @@ pub use list_text::ListEncoding;
 pub use matching::{
     Candidate, MAX_CANDIDATES, MAX_LISTED, MIN_CONFIDENCE, MIN_MARGIN, Proposal, TagName, propose,
 };
-pub use point::{Point, PointType};
+pub use point::Point;
 pub use scene::{FOV_DEGREES, PluginInstance, SceneParts, assign_plugins, place, scene, tags};

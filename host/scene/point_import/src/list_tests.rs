@@ -1,9 +1,9 @@
 //! Lists as people save them, good and bad.
 
+use busbar_types::ValueKind;
 use serde_json::json;
 
 use super::*;
-use crate::PointType;
 
 #[track_caller]
 fn faults(text: &str) -> Vec<String> {
@@ -25,7 +25,7 @@ fn a_list_of_a_spreadsheet_is_read() {
     assert_eq!((oil.line, oil.description.as_str()), (2, "Top oil; upper"));
     assert_eq!(oil.range, [Some(-40.0), Some(150.0)]);
     assert_eq!(oil.address, json!({"register": 100, "table": "holding", "Swap": true}));
-    assert_eq!(position.value_type, PointType::DoublePoint);
+    assert_eq!(position.value_type, ValueKind::DoublePoint);
     assert_eq!((position.line, position.range), (4, [None, None]), "a state has no range");
 }
 

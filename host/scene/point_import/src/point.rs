@@ -1,20 +1,7 @@
 //! Points of a list, each valid.
 
+use busbar_types::ValueKind;
 use serde_json::Value;
-
-/// Type of a tag's value, as the configuration has it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PointType {
-    /// A number with fraction.
-    #[default]
-    F64,
-    /// Type of whole numbers.
-    I64,
-    /// Type of on and off.
-    Bool,
-    /// A switch position in two bits.
-    DoublePoint,
-}
 
 /// A point of a list.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,7 +13,7 @@ pub struct Point {
     /// Name shown to people; may be empty.
     pub description: String,
     /// Type of its value.
-    pub value_type: PointType,
+    pub value_type: ValueKind,
     /// Unit; may be empty.
     pub unit: String,
     /// Plausible range: least, greatest.
@@ -45,21 +32,4 @@ pub struct Point {
     pub plugin: String,
     /// Address, which only the plugin understands.
     pub address: Value,
-}
-
-impl PointType {
-    /// The word of the configuration.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::F64 => "f64",
-            Self::I64 => "i64",
-            Self::Bool => "bool",
-            Self::DoublePoint => "double_point",
-        }
-    }
-
-    /// Reports whether the type is a state, as opposed to a measured value.
-    pub fn is_state(self) -> bool {
-        matches!(self, Self::Bool | Self::DoublePoint)
-    }
 }

@@ -1,12 +1,13 @@
 //! One row of a point list: text cells to a valid point.
 
+use busbar_types::ValueKind;
 use serde_json::{Map, Value};
 
 use crate::address::{MAX_ADDRESS_DEPTH, cell_value, depth};
 use crate::column::{Column, is_number_field};
 use crate::fault::ListFault;
 use crate::number_style::{NumberFault, NumberStyle};
-use crate::point::{Point, PointType};
+use crate::point::Point;
 use crate::type_decision::decide;
 use crate::type_evidence::Evidence;
 
@@ -134,7 +135,7 @@ impl<'r> Row<'r> {
     }
 
     /// Decides the type of the row's values; none, with a fault, where it is unclear.
-    fn value_type(&mut self, address: &Value) -> Option<PointType> {
+    fn value_type(&mut self, address: &Value) -> Option<ValueKind> {
         let cell = self.cell(&Column::Type);
         match decide(cell.map(|(_, text)| text), &self.evidence(address)) {
             Ok(value_type) => Some(value_type),
@@ -149,13 +150,13 @@ impl<'r> Row<'r> {
     fn band(
         &mut self,
         [low, high]: [&Column; 2],
-        value_type: Option<PointType>,
+        value_type: Option<ValueKind>,
     ) -> [Option<f64>; 2] {
         let band = [self.number(low), self.number(high)];
         let name = self.cell(low).or_else(|| self.cell(high)).map_or("", |(name, _)| name);
         match band {
             // What lists fill in for states: 0 to 1, 0 to 3.
-            _ if value_type.is_some_and(PointType::is_state) => [None, None],
+            _ if value_type.is_some_and(ValueKind::is_state) => [None, None],
             [Some(a), Some(b)] if a >= b => {
                 let cause = format!("low, {a}, is not less than high, {b}");
                 self.fault(name, cause, "make low less than high, or leave one empty");
@@ -182,14 +183,14 @@ impl<'r> Row<'r> {
         millis
     }
 
-    fn scale(&mut self, value_type: Option<PointType>) -> Option<[f64; 2]> {
+    fn scale(&mut self, value_type: Option<ValueKind>) -> Option<[f64; 2]> {
         let (factor, offset) = (self.number(&Column::Factor), self.number(&Column::Offset));
         let scale = scale_of([factor, offset])?;
         let column = if factor.is_some() { Column::Factor } else { Column::Offset };
         let name = self.cell(&column).map_or("", |(name, _)| name);
         match value_type {
-            Some(other) if other != PointType::F64 => {
-                let cause = format!("a tag of type '{}' has no scale", other.word());
+            Some(other) if other != ValueKind::F64 => {
+                let cause = format!("a tag of type '{}' has no scale", other.name());
                 self.fault(name, cause, "make its type f64, or leave it empty");
             }
             _ if factor == Some(0.0) => {

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use busbar_types::ValueKind;
 use serde_json::{Map, Value, json};
 
 use crate::catalogue::Catalogue;
 use crate::fault::ListFault;
 use crate::matching::{Candidate, Proposal, TagName, propose};
-use crate::point::{Point, PointType};
+use crate::point::Point;
 
 /// Name of the only model and of its camera.
 const MODEL: &str = "model";
@@ -115,7 +116,7 @@ fn name_of(point: &Point) -> TagName<'_> {
         id: &point.tag,
         description: &point.description,
         unit: &point.unit,
-        is_position: point.value_type == PointType::DoublePoint,
+        is_position: point.value_type == ValueKind::DoublePoint,
         is_state: point.value_type.is_state(),
     }
 }
@@ -167,7 +168,7 @@ fn tags_of(points: &[Point]) -> Map<String, Value> {
 
 fn tag(point: &Point) -> Value {
     let mut tag = json!({
-        "type": point.value_type.word(),
+        "type": point.value_type.name(),
         "source": { "instance": point.plugin, "address": point.address },
     });
     if !point.description.is_empty() {
@@ -192,7 +193,7 @@ fn tag(point: &Point) -> Value {
 
 fn role(point: &Point) -> &str {
     match (point.role.as_str(), point.value_type) {
-        ("", PointType::DoublePoint) => "position",
+        ("", ValueKind::DoublePoint) => "position",
         ("", _) => "value",
         (role, _) => role,
     }

@@ -3,7 +3,8 @@
 //! The most dangerous result is a measured value that shows as a switch position. So a name
 //! with two readings is decided by evidence alone, and evidence against a name is a fault.
 
-use crate::point::PointType;
+use busbar_types::ValueKind;
+
 use crate::type_evidence::{AddressFamily, Clue, ClueSource, Evidence};
 use crate::type_names::{TypeMeaning, meaning_of};
 
@@ -18,7 +19,7 @@ pub(crate) struct TypeFault {
 ///
 /// # Errors
 /// A name that is unknown or undecided, or evidence that contradicts it.
-pub(crate) fn decide(text: Option<&str>, evidence: &Evidence) -> Result<PointType, TypeFault> {
+pub(crate) fn decide(text: Option<&str>, evidence: &Evidence) -> Result<ValueKind, TypeFault> {
     let number = evidence.number.first();
     let state = evidence.state.first();
     // A clue with a kind of its own counts before others.
@@ -32,7 +33,7 @@ pub(crate) fn decide(text: Option<&str>, evidence: &Evidence) -> Result<PointTyp
             let mut sources = evidence.number.iter().map(|clue| clue.source);
             let scales = [ClueSource::Scale, ClueSource::AddressScale];
             let is_scaled = sources.any(|source| scales.contains(&source));
-            let kind = if is_scaled { PointType::F64 } else { PointType::I64 };
+            let kind = if is_scaled { ValueKind::F64 } else { ValueKind::I64 };
             check_number(text, kind, evidence)
         }
         TypeMeaning::NumberOrPoint(point) => decide_between(text, point, evidence, number, state),
@@ -58,19 +59,19 @@ pub(crate) fn decide(text: Option<&str>, evidence: &Evidence) -> Result<PointTyp
 fn decide_without_name(
     number: Option<&Clue>,
     state: Option<&Clue>,
-) -> Result<PointType, TypeFault> {
+) -> Result<ValueKind, TypeFault> {
     match (number, state) {
         (Some(number), Some(state)) => Err(TypeFault {
             cause: format!("{} is of a number, {} of states", number.what, state.what),
             remedy: "correct one of them, or give the type: f64, i64, bool or double_point".into(),
         }),
-        (_, Some(state)) => Ok(state.kind.unwrap_or(PointType::Bool)),
+        (_, Some(state)) => Ok(state.kind.unwrap_or(ValueKind::Bool)),
         (number, None) => Ok(number.and_then(|clue| clue.kind).unwrap_or_default()),
     }
 }
 
 /// A type of states, which has no unit and no measured value's address.
-fn check_state(text: &str, kind: PointType, evidence: &Evidence) -> Result<PointType, TypeFault> {
+fn check_state(text: &str, kind: ValueKind, evidence: &Evidence) -> Result<ValueKind, TypeFault> {
     let is_other = |clue: &&Clue| clue.kind.is_some_and(|other| other != kind);
     // Ranges are filled in for all tags alike; a scale has its own fault.
     let is_told = |clue: &&Clue| !matches!(clue.source, ClueSource::Scale | ClueSource::Band);
@@ -86,9 +87,9 @@ fn check_state(text: &str, kind: PointType, evidence: &Evidence) -> Result<Point
         Some(clue) if clue.source != ClueSource::AddressBit => Err(TypeFault {
             cause: format!(
                 "'{text}' is {}, but {} is {}",
-                kind.word(),
+                kind.name(),
                 clue.what,
-                clue.kind.unwrap_or_default().word()
+                clue.kind.unwrap_or_default().name()
             ),
             remedy: "correct one of them".into(),
         }),
@@ -97,7 +98,7 @@ fn check_state(text: &str, kind: PointType, evidence: &Evidence) -> Result<Point
 }
 
 /// A type of numbers, to whose address the protocol gives no point.
-fn check_number(text: &str, kind: PointType, evidence: &Evidence) -> Result<PointType, TypeFault> {
+fn check_number(text: &str, kind: ValueKind, evidence: &Evidence) -> Result<ValueKind, TypeFault> {
     match evidence.state.iter().find(|clue| clue.kind.is_some()) {
         Some(clue) => Err(TypeFault {
             cause: format!("'{text}' is a type of numbers, but {} is of states", clue.what),
@@ -110,16 +111,16 @@ fn check_number(text: &str, kind: PointType, evidence: &Evidence) -> Result<Poin
 /// Decides between the two meanings of `Double` and `Single`.
 fn decide_between(
     text: &str,
-    point: PointType,
+    point: ValueKind,
     evidence: &Evidence,
     number: Option<&Clue>,
     state: Option<&Clue>,
-) -> Result<PointType, TypeFault> {
+) -> Result<ValueKind, TypeFault> {
     let readings = match point {
-        PointType::DoublePoint => "a number of 64 bits or a double point (switch position)",
+        ValueKind::DoublePoint => "a number of 64 bits or a double point (switch position)",
         _ => "a number of 32 bits or a single point (on or off)",
     };
-    let remedy = format!("write f64 or {} as its type", point.word());
+    let remedy = format!("write f64 or {} as its type", point.name());
     match (number, state) {
         (Some(number), Some(state)) => Err(TypeFault {
             cause: format!(
@@ -128,15 +129,15 @@ fn decide_between(
             ),
             remedy: format!("{remedy}, and correct the other"),
         }),
-        (Some(_), None) => Ok(PointType::F64),
+        (Some(_), None) => Ok(ValueKind::F64),
         (None, Some(Clue { kind: Some(kind), what, .. })) if *kind != point => Err(TypeFault {
-            cause: format!("'{text}' may mean {readings}, but {what} is {}", kind.word()),
+            cause: format!("'{text}' may mean {readings}, but {what} is {}", kind.name()),
             remedy: format!("{remedy}, and correct the other"),
         }),
         (None, Some(_)) => Ok(point),
         (None, None) => match evidence.family {
             Some(family) if family.means_points() => Ok(point),
-            Some(_) => Ok(PointType::F64),
+            Some(_) => Ok(ValueKind::F64),
             None => Err(TypeFault {
                 cause: format!(
                     "'{text}' may mean {readings}, and neither unit, scale nor address tells which"

@@ -1,9 +1,9 @@
 //! Evidence of a row's kind beside its type name: unit, scale, range and address.
 
+use busbar_types::ValueKind;
 use serde_json::Value;
 
 use crate::address::MAX_ADDRESS_DEPTH;
-use crate::point::PointType;
 use crate::type_names::{TypeMeaning, iec60870_meaning, iec60870_type, meaning_of};
 use crate::unit_words::{UnitNature, nature_of};
 
@@ -41,7 +41,7 @@ pub(crate) struct Clue {
     /// Description for people: `the unit 'MW'`.
     pub(crate) what: String,
     /// Type, where the evidence decides it alone.
-    pub(crate) kind: Option<PointType>,
+    pub(crate) kind: Option<ValueKind>,
 }
 
 /// Evidence for a number, and evidence for a point of states.
@@ -141,11 +141,11 @@ impl Evidence {
             }
             Value::Number(_) if name == "bit" => {
                 // IEC 104 takes one bit of a bit string, Modbus one of a register.
-                let kind = Some(PointType::Bool);
+                let kind = Some(ValueKind::Bool);
                 self.state.push(clue(ClueSource::AddressBit, what(), kind));
             }
             Value::Number(_) if name == "bits" => {
-                let kind = Some(PointType::DoublePoint);
+                let kind = Some(ValueKind::DoublePoint);
                 self.state.push(clue(ClueSource::AddressBit, what(), kind));
             }
             Value::String(table) if name == "table" && is_bits(table) => {
@@ -189,7 +189,7 @@ impl Evidence {
     }
 }
 
-fn clue(source: ClueSource, what: String, kind: Option<PointType>) -> Clue {
+fn clue(source: ClueSource, what: String, kind: Option<ValueKind>) -> Clue {
     Clue { source, what, kind }
 }
 

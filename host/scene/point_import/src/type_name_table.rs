@@ -1,8 +1,8 @@
 //! The table of type names, and the words that other names are made of.
 
-use crate::point::PointType::{Bool, DoublePoint, F64};
 use crate::type_names::TypeMeaning;
 use crate::type_names::TypeMeaning::{Integer, Kind, NoValue, NumberOrPoint, Unclear};
+use busbar_types::ValueKind::{Bool, DoublePoint, F64};
 
 pub(crate) const COMMAND: TypeMeaning = NoValue("a command, which is not for a viewer");
 pub(crate) const TEXT: TypeMeaning = NoValue("a text");

@@ -8,7 +8,8 @@
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-use crate::point::PointType;
+use busbar_types::ValueKind;
+
 use crate::type_name_table::{
     COMMAND, FLOATS, INTEGERS, NAME_SPACES, NAMES, STATES, STATUS_WORDS, STORAGE, STRUCTURE, TEXT,
     TEXTS, TIME, WIDTHS,
@@ -24,11 +25,11 @@ const DETAILS: [&str; 10] = ["NA", "NB", "NC", "ND", "TA", "TB", "TC", "TD", "TE
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TypeMeaning {
     /// One kind, whichever tool the name is of.
-    Kind(PointType),
+    Kind(ValueKind),
     /// Integer on the wire; a scale makes it a number with a fraction.
     Integer,
     /// `Double` or `Single`: a floating-point number, or a point of this kind.
-    NumberOrPoint(PointType),
+    NumberOrPoint(ValueKind),
     /// Several meanings, described in words, which only other evidence can decide.
     Unclear(&'static str),
     /// Type that no tag can have, described in words.
@@ -47,7 +48,7 @@ pub(crate) fn meaning_of(text: &str, is_iec60870: bool) -> TypeMeaning {
     }
     // Of the configuration's own words, the others are names of tools too.
     if text == "i64" {
-        return Kind(PointType::I64);
+        return Kind(ValueKind::I64);
     }
     if let Some(meaning) = iec60870_type(text).or_else(|| opcua_type(text)) {
         return meaning;
@@ -68,7 +69,7 @@ pub(crate) fn meaning_of(text: &str, is_iec60870: bool) -> TypeMeaning {
     };
     match found {
         // A name space of a programming language or of OPC: there, no point is called so.
-        NumberOrPoint(_) if spaces > 0 => Kind(PointType::F64),
+        NumberOrPoint(_) if spaces > 0 => Kind(ValueKind::F64),
         // `SwappedFloat`, `UnsignedInt16`.
         Unknown => by_words(words_of(&name, true).get(spaces..).unwrap_or_default()),
         meaning => meaning,
@@ -113,18 +114,18 @@ fn by_words(words: &[String]) -> TypeMeaning {
         }
     }
     let point = match (has(&["double", "dbl"]), has(&["single", "sng"])) {
-        (true, false) => Some(PointType::DoublePoint),
-        (false, true) => Some(PointType::Bool),
+        (true, false) => Some(ValueKind::DoublePoint),
+        (false, true) => Some(ValueKind::Bool),
         _ => None,
     };
     match (is_float, is_integer, is_state, point) {
-        (true, _, false, _) => Kind(PointType::F64),
+        (true, _, false, _) => Kind(ValueKind::F64),
         // `Double word`, `double integer`.
         (false, true, false, _) => Integer,
-        (false, false, true, point) => Kind(point.unwrap_or(PointType::Bool)),
+        (false, false, true, point) => Kind(point.unwrap_or(ValueKind::Bool)),
         (false, false, false, Some(point)) if has(&STATUS_WORDS) => Kind(point),
         (false, false, false, Some(point)) if has(&["point", "points"]) => Kind(point),
-        (false, false, false, Some(_)) if has(&["32", "64"]) => Kind(PointType::F64),
+        (false, false, false, Some(_)) if has(&["32", "64"]) => Kind(ValueKind::F64),
         (false, false, false, Some(point)) => NumberOrPoint(point),
         _ => Unknown,
     }
@@ -143,11 +144,11 @@ pub(crate) fn iec60870_type(text: &str) -> Option<TypeMeaning> {
         let is_whole = DETAILS.contains(&detail) || is_alone && direction == "M";
         match (direction, group) {
             _ if !is_whole => None,
-            ("M", "SP" | "PS") => Some(Kind(PointType::Bool)),
-            ("M", "DP") => Some(Kind(PointType::DoublePoint)),
-            ("M", "EP") if ["TA", "TD"].contains(&detail) => Some(Kind(PointType::DoublePoint)),
-            ("M", "EP") if !detail.is_empty() => Some(Kind(PointType::Bool)),
-            ("M", "ME") => Some(Kind(PointType::F64)),
+            ("M", "SP" | "PS") => Some(Kind(ValueKind::Bool)),
+            ("M", "DP") => Some(Kind(ValueKind::DoublePoint)),
+            ("M", "EP") if ["TA", "TD"].contains(&detail) => Some(Kind(ValueKind::DoublePoint)),
+            ("M", "EP") if !detail.is_empty() => Some(Kind(ValueKind::Bool)),
+            ("M", "ME") => Some(Kind(ValueKind::F64)),
             ("M", "ST" | "IT") => Some(Integer),
             ("M", "BO") if !detail.is_empty() => Some(Integer),
             ("C" | "P" | "F", _) => Some(COMMAND),
@@ -171,9 +172,9 @@ fn iec60870_number(words: &[String], is_iec60870: bool) -> Option<TypeMeaning> {
 /// Returns the meaning of a type identification (IEC 60870-5-101, 7.2.1.1 to 7.2.1.3).
 pub(crate) fn iec60870_meaning(number: u64) -> Option<TypeMeaning> {
     match number {
-        1 | 2 | 18..=20 | 30 | 39 | 40 => Some(Kind(PointType::Bool)),
-        3 | 4 | 17 | 31 | 38 => Some(Kind(PointType::DoublePoint)),
-        9..=14 | 21 | 34..=36 => Some(Kind(PointType::F64)),
+        1 | 2 | 18..=20 | 30 | 39 | 40 => Some(Kind(ValueKind::Bool)),
+        3 | 4 | 17 | 31 | 38 => Some(Kind(ValueKind::DoublePoint)),
+        9..=14 | 21 | 34..=36 => Some(Kind(ValueKind::F64)),
         5..=8 | 15 | 16 | 32 | 33 | 37 => Some(Integer),
         45..=69 | 100..=127 => Some(COMMAND),
         _ => None,
@@ -184,9 +185,9 @@ pub(crate) fn iec60870_meaning(number: u64) -> Option<TypeMeaning> {
 fn opcua_type(text: &str) -> Option<TypeMeaning> {
     let id = text.trim().strip_prefix("ns=0;").unwrap_or(text.trim()).strip_prefix("i=")?;
     match id.parse().ok()? {
-        1_u32 => Some(Kind(PointType::Bool)),
+        1_u32 => Some(Kind(ValueKind::Bool)),
         2..=9 | 27..=29 => Some(Integer),
-        10 | 11 | 26 | 50 | 290 => Some(Kind(PointType::F64)),
+        10 | 11 | 26 | 50 | 290 => Some(Kind(ValueKind::F64)),
         12 | 14..=16 | 21 => Some(TEXT),
         13 | 294 => Some(TIME),
         _ => Some(NoValue("a structure")),

@@ -1,5 +1,6 @@
+use busbar_types::ValueKind::{Bool, DoublePoint, F64, I64};
+
 use super::*;
-use PointType::{Bool, DoublePoint, F64, I64};
 
 #[track_caller]
 fn check(names: &[&str], expected: TypeMeaning) {

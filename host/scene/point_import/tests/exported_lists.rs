@@ -2,7 +2,8 @@
 //! titles, `sep=` lines, rows of units, decimal commas, words for no value. All give the same
 //! points, or are refused; none gives others.
 
-use busbar_point_import::{Point, PointList, PointType};
+use busbar_point_import::{Point, PointList};
+use busbar_types::ValueKind;
 use encoding_rs::{Encoding, GB18030, UTF_8, WINDOWS_1251, WINDOWS_1252};
 use fastrand::Rng;
 use serde_json::json;
@@ -159,7 +160,7 @@ fn encoded(text: &str, encoding: &'static Encoding, rng: &mut Rng) -> Vec<u8> {
 }
 
 fn is_point(point: &Point, row: &Row, index: usize) -> bool {
-    let kind = if row.kind == "DPS" { PointType::DoublePoint } else { PointType::F64 };
+    let kind = if row.kind == "DPS" { ValueKind::DoublePoint } else { ValueKind::F64 };
     let band = [row.low, row.high];
     point.tag == row.tag
         && point.description == row.description

@@ -4,10 +4,11 @@
 //! The rule is written here once more, by classes alone: the tables of the crate are not
 //! known here.
 
-use busbar_point_import::{PointList, PointType};
+use busbar_point_import::PointList;
+use busbar_types::ValueKind;
 use fastrand::Rng;
 
-use PointType::{Bool, DoublePoint, F64, I64};
+use ValueKind::{Bool, DoublePoint, F64, I64};
 
 /// Rows of one list: fewer than the faults that a list tells.
 const ROWS: usize = 400;
@@ -17,9 +18,9 @@ const ROWS: usize = 400;
 enum Class {
     Float,
     Integer,
-    State(PointType),
+    State(ValueKind),
     /// Ambiguous `Double` or `Single`.
-    Either(PointType),
+    Either(ValueKind),
     /// No tag has such values, or the name is of nothing.
     Refused,
     /// The list has no type.
@@ -32,7 +33,7 @@ enum Says {
     Nothing,
     Number,
     States,
-    Kind(PointType),
+    Kind(ValueKind),
     /// The protocol means points by `Double`, or numbers.
     MeansPoints,
     MeansNumbers,
@@ -165,7 +166,7 @@ const ADDRESSES: &[(Says, &str)] = &[
 ];
 
 /// The kind that a row is to have; `None` where it is to be refused.
-fn expected(class: Class, unit: Says, is_scaled: bool, address: Says) -> Option<PointType> {
+fn expected(class: Class, unit: Says, is_scaled: bool, address: Says) -> Option<ValueKind> {
     let is_number = is_scaled || unit == Says::Number || address == Says::Number;
     let of_address = match address {
         Says::Kind(kind) => Some(kind),
@@ -203,7 +204,7 @@ fn quoted(text: &str) -> String {
 }
 
 /// A row of the list, and what is to come of it.
-type Case<'a> = ([&'a str; 4], Class, Option<PointType>);
+type Case<'a> = ([&'a str; 4], Class, Option<ValueKind>);
 
 /// Reads rows as one list.
 fn check_all(cases: &[Case<'_>]) {
@@ -230,8 +231,8 @@ fn check_all(cases: &[Case<'_>]) {
     }
 }
 
-fn word(kind: PointType) -> &'static str {
-    kind.word()
+fn word(kind: ValueKind) -> &'static str {
+    kind.name()
 }
 
 #[test]

@@ -4,17 +4,15 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_alarms::{
-    AlarmSet, AlarmSource, AlarmSpec, AlarmTemplate, Condition, Limit, Priority, TagCondition,
-    VerdictCondition,
-};
+use busbar_alarms::{AlarmSet, AlarmSource, AlarmSpec, AlarmTemplate, Condition, TagCondition, VerdictCondition};
 use busbar_config::{
-    AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, DoublePointConfig, LimitConfig,
-    PriorityConfig, StateConfig, TagConditionConfig, VerdictSeverityConfig, join_pointer,
+    AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, StateConfig, TagConditionConfig,
+    join_pointer,
 };
-use busbar_overlay_picture::Severity;
+use busbar_types::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
-use busbar_tags::{DoublePoint, TagHandle, TagSet, Value};
+use busbar_tags::{TagHandle, TagSet};
+use busbar_types::Value;
 
 use crate::bindings;
 use crate::diagnostics::DiagnosticsCollector;
@@ -102,12 +100,7 @@ fn spec(id: &str, alarm: &AlarmConfig, handles: &HashMap<&str, TagHandle>) -> Al
         consequence: alarm.consequence.clone(),
         response: alarm.response.clone(),
         equipment: alarm.equipment.clone(),
-        priority: match alarm.priority {
-            PriorityConfig::Critical => Priority::Critical,
-            PriorityConfig::High => Priority::High,
-            PriorityConfig::Medium => Priority::Medium,
-            PriorityConfig::Low => Priority::Low,
-        },
+        priority: alarm.priority,
         latched: alarm.latched,
         group: alarm.group.clone(),
         source: match &alarm.origin {
@@ -148,15 +141,7 @@ fn spec(id: &str, alarm: &AlarmConfig, handles: &HashMap<&str, TagHandle>) -> Al
 
 fn condition(condition: &ConditionConfig) -> Condition {
     match *condition {
-        ConditionConfig::Limit { limit, at, deadband } => {
-            let limit = match limit {
-                LimitConfig::HighHigh => Limit::HighHigh,
-                LimitConfig::High => Limit::High,
-                LimitConfig::Low => Limit::Low,
-                LimitConfig::LowLow => Limit::LowLow,
-            };
-            Condition::Limit { limit, at, deadband }
-        }
+        ConditionConfig::Limit { limit, at, deadband } => Condition::Limit { limit, at, deadband },
         ConditionConfig::Equals(state) => Condition::Equals(value(state)),
         ConditionConfig::Differs(state) => Condition::Differs(value(state)),
         ConditionConfig::BadQuality => Condition::BadQuality,
@@ -167,11 +152,6 @@ fn value(state: StateConfig) -> Value {
     match state {
         StateConfig::Bool(state) => Value::Bool(state),
         StateConfig::Integer(state) => Value::I64(state),
-        StateConfig::DoublePoint(state) => Value::DoublePoint(match state {
-            DoublePointConfig::Intermediate => DoublePoint::Intermediate,
-            DoublePointConfig::Off => DoublePoint::Off,
-            DoublePointConfig::On => DoublePoint::On,
-            DoublePointConfig::BadState => DoublePoint::BadState,
-        }),
+        StateConfig::DoublePoint(state) => Value::DoublePoint(state),
     }
 }

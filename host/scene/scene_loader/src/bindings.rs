@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::time::Duration;
 
-use busbar_config::{Config, TagType, join_pointer};
+use busbar_config::{Config, join_pointer};
 use busbar_scene::{ModelIndex, NodeIndex, Placement, PolicyIndex, SceneGraph, Transform};
-use busbar_tags::{Scale, TagHandle, TagSet, TagSpec, TagSpecError, ValueKind};
+use busbar_tags::{Scale, TagHandle, TagSet, TagSpec, TagSpecError};
 
 use crate::diagnostics::DiagnosticsCollector;
 use crate::loaded_scene::Binding;
@@ -73,12 +73,7 @@ pub fn tag_specs(config: &Config) -> Vec<TagSpec> {
             TagSpec {
                 id: id.clone(),
                 name: tag.name.clone(),
-                kind: match tag.value_type {
-                    TagType::F64 => ValueKind::F64,
-                    TagType::I64 => ValueKind::I64,
-                    TagType::Bool => ValueKind::Bool,
-                    TagType::DoublePoint => ValueKind::DoublePoint,
-                },
+                kind: tag.value_type,
                 unit: tag.unit.clone(),
                 range,
                 freshness: Duration::from_millis(tag.freshness_millis),

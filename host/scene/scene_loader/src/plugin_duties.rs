@@ -5,7 +5,8 @@ use std::time::Duration;
 use busbar_config::{Config, TagConfig};
 use busbar_plugin_host::{FreshnessBasis, OverlayBinding, SourcePolicy, TelemetryTag};
 use busbar_plugin_process::{Plugin, RunningTelemetry};
-use busbar_tags::{Origin, TagHandle, TagSpec};
+use busbar_tags::{TagHandle, TagSpec};
+use busbar_types::Origin;
 
 use crate::loaded_scene::LoadedScene;
 

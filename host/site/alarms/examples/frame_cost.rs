@@ -7,12 +7,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use busbar_alarms::{
-    Action, AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition, Limit, Priority,
-    State, TagCondition,
+    AlarmHandle, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition, TagCondition,
 };
-use busbar_tags::{
-    Moment, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
-};
+use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
+use busbar_types::{AlarmAction, AlarmState, Limit, Priority, Quality, Value, ValueKind};
 
 const POINTS: u32 = 5_400;
 const FRAMES_PER_SECOND: u32 = 60;
@@ -113,16 +111,16 @@ fn main() {
         }
         occurred += site.records - before;
         for alarm in (0..POINTS).map(AlarmHandle) {
-            let state = site.alarms.status(alarm).map_or(State::Normal, |status| status.state);
+            let state = site.alarms.status(alarm).map_or(AlarmState::Normal, |status| status.state);
             if state.is_unacknowledged() {
-                site.alarms.perform(alarm, Action::Acknowledge, "bench").expect("it is legal");
+                site.alarms.perform(alarm, AlarmAction::Acknowledge, "bench").expect("it is legal");
             }
             if site
                 .alarms
                 .status(alarm)
-                .is_some_and(|status| status.state == State::LatchedAcknowledged)
+                .is_some_and(|status| status.state == AlarmState::LatchedAcknowledged)
             {
-                site.alarms.perform(alarm, Action::Reset, "bench").expect("it is legal");
+                site.alarms.perform(alarm, AlarmAction::Reset, "bench").expect("it is legal");
             }
         }
     }

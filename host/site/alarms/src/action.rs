@@ -3,29 +3,13 @@
 use std::time::Duration;
 
 use busbar_tags::SourceTime;
+use busbar_types::{AlarmAction, AlarmState};
 
 use crate::state::Hold;
-use crate::{AlarmEvent, AlarmFlags, State};
+use crate::{AlarmEvent, AlarmFlags};
 
 /// The longest name of an operator, in bytes.
 pub const MAX_OPERATOR_BYTES: usize = 100;
-
-/// Operator action on an alarm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
-    /// Say that it was seen.
-    Acknowledge,
-    /// Let go of a latch.
-    Reset,
-    /// Put it on the shelf for so long; one that is there stays so long from now on.
-    Shelve(Duration),
-    /// Take it off the shelf.
-    Unshelve,
-    /// Take it out of service, until an operator returns it.
-    RemoveFromService,
-    /// Put it back into service.
-    ReturnToService,
-}
 
 /// Errors of an action, which then has no effect.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -45,9 +29,9 @@ pub enum ActionError {
         /// Id of the alarm.
         alarm: String,
         /// Action that was refused.
-        action: Action,
+        action: AlarmAction,
         /// The state of the alarm.
-        state: State,
+        state: AlarmState,
     },
     /// The shelving time is zero or too long.
     #[error(
@@ -69,72 +53,75 @@ pub enum ActionError {
 }
 
 /// Returns the remedy for an action that is not allowed in a state.
-fn remedy(action: Action, state: State) -> &'static str {
+fn remedy(action: AlarmAction, state: AlarmState) -> &'static str {
     match (action, state) {
-        (Action::Acknowledge, State::Normal | State::Acknowledged | State::LatchedAcknowledged) => {
-            "there is nothing to acknowledge"
-        }
-        (Action::Acknowledge, _) => "it cannot be acknowledged while it is held back",
-        (Action::Reset, State::Unacknowledged | State::Acknowledged) => {
+        (
+            AlarmAction::Acknowledge,
+            AlarmState::Normal | AlarmState::Acknowledged | AlarmState::LatchedAcknowledged,
+        ) => "there is nothing to acknowledge",
+        (AlarmAction::Acknowledge, _) => "it cannot be acknowledged while it is held back",
+        (AlarmAction::Reset, AlarmState::Unacknowledged | AlarmState::Acknowledged) => {
             "it can be reset once it has returned to normal"
         }
-        (Action::Reset, State::LatchedUnacknowledged) => "acknowledge it first, then reset it",
-        (Action::Reset, _) => "it has no latch to reset",
-        (Action::Shelve(_), _) => "it is held back already",
-        (Action::Unshelve, _) => "it is not on the shelf",
-        (Action::RemoveFromService, _) => "it is out of service already",
-        (Action::ReturnToService, _) => "it is in service",
+        (AlarmAction::Reset, AlarmState::LatchedUnacknowledged) => {
+            "acknowledge it first, then reset it"
+        }
+        (AlarmAction::Reset, _) => "it has no latch to reset",
+        (AlarmAction::Shelve(_), _) => "it is held back already",
+        (AlarmAction::Unshelve, _) => "it is not on the shelf",
+        (AlarmAction::RemoveFromService, _) => "it is out of service already",
+        (AlarmAction::ReturnToService, _) => "it is in service",
     }
 }
 
-impl Action {
+impl AlarmFlags {
     /// Reports whether an action is allowed in this state. A reset needs an alarm that has
     /// returned and was acknowledged (OPC 10000-9, 5.8.5).
-    pub(crate) fn is_legal(self, standing: &AlarmFlags) -> bool {
-        let state = standing.state();
-        match self {
-            Self::Acknowledge => state.is_unacknowledged(),
-            Self::Reset => state == State::LatchedAcknowledged,
-            Self::Shelve(_) => {
-                state.is_annunciated() || matches!(state, State::Normal | State::Shelved)
+    pub(crate) fn allows(&self, action: AlarmAction) -> bool {
+        let state = self.state();
+        match action {
+            AlarmAction::Acknowledge => state.is_unacknowledged(),
+            AlarmAction::Reset => state == AlarmState::LatchedAcknowledged,
+            AlarmAction::Shelve(_) => {
+                state.is_annunciated() || matches!(state, AlarmState::Normal | AlarmState::Shelved)
             }
-            Self::Unshelve => standing.is_shelved,
-            Self::RemoveFromService => !standing.is_out_of_service,
-            Self::ReturnToService => standing.is_out_of_service,
+            AlarmAction::Unshelve => self.is_shelved,
+            AlarmAction::RemoveFromService => !self.is_out_of_service,
+            AlarmAction::ReturnToService => self.is_out_of_service,
         }
     }
 
-    /// Applies the action and returns its event. `until` is the end of shelving; `latches` is
+    /// Applies an action and returns its event. `until` is the end of shelving; `latches` is
     /// true for a latching alarm.
     pub(crate) fn apply(
-        self,
-        standing: &mut AlarmFlags,
+        &mut self,
+        action: AlarmAction,
         until: Option<SourceTime>,
         latches: bool,
     ) -> AlarmEvent {
-        match self {
-            Self::Acknowledge => {
-                standing.acknowledge();
+        match action {
+            AlarmAction::Acknowledge => {
+                self.acknowledge();
                 AlarmEvent::Acknowledged
             }
-            Self::Reset => {
-                standing.reset();
+            AlarmAction::Reset => {
+                self.reset();
                 AlarmEvent::Reset
             }
-            Self::Shelve(_) => {
-                standing.hold(Hold::Shelf { until });
+            AlarmAction::Shelve(_) => {
+                self.hold(Hold::Shelf { until });
                 AlarmEvent::Shelved
             }
-            Self::Unshelve => {
-                standing.release(Hold::Shelf { until: None }, latches);
+            AlarmAction::Unshelve => {
+                self.release(Hold::Shelf { until: None }, latches);
                 AlarmEvent::Unshelved
             }
-            Self::RemoveFromService => {
-                standing.hold(Hold::OutOfService);
+            AlarmAction::RemoveFromService => {
+                self.hold(Hold::OutOfService);
                 AlarmEvent::RemovedFromService
             }
-            Self::ReturnToService => {
-                standing.release(Hold::OutOfService, latches);
+            AlarmAction::ReturnToService => {
+                self.release(Hold::OutOfService, latches);
                 AlarmEvent::ReturnedToService
             }
         }

@@ -1,19 +1,6 @@
 //! Alarm conditions: limits with deadband, states, and bad quality.
 
-use busbar_tags::{Quality, Value, ValueKind};
-
-/// Limits of a measurement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Limit {
-    /// Upper limit of high urgency.
-    HighHigh,
-    /// Upper limit of a measurement.
-    High,
-    /// Lower limit of a measurement.
-    Low,
-    /// Lower limit of high urgency.
-    LowLow,
-}
+use busbar_types::{Limit, Quality, Value, ValueKind};
 
 /// Condition that raises an alarm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,23 +20,6 @@ pub enum Condition {
     Differs(Value),
     /// A tag whose quality is bad.
     BadQuality,
-}
-
-impl Limit {
-    /// Reports whether a number must be above the limit, and not below it.
-    pub fn is_upper(self) -> bool {
-        matches!(self, Self::HighHigh | Self::High)
-    }
-
-    /// `high-high`, `high`, `low` or `low-low`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::HighHigh => "high-high",
-            Self::High => "high",
-            Self::Low => "low",
-            Self::LowLow => "low-low",
-        }
-    }
 }
 
 impl Condition {
@@ -109,7 +79,7 @@ impl Condition {
 
 #[cfg(test)]
 mod tests {
-    use busbar_tags::Reason;
+    use busbar_types::Reason;
 
     use super::*;
 

@@ -34,9 +34,9 @@ mod template;
 mod timers;
 mod verdict_input;
 
-pub use action::{Action, ActionError, MAX_OPERATOR_BYTES};
+pub use action::{ActionError, MAX_OPERATOR_BYTES};
 pub use chatter::{CHATTER_OCCURRENCES, CHATTER_WINDOW};
-pub use condition::{Condition, Limit};
+pub use condition::Condition;
 pub use notification::{
     AlarmChange, AlarmNotification, DeliveryState, MAX_BATCH_CHANGES, MAX_DELIVERY_MESSAGE_BYTES,
     MAX_STANDING_ALARMS, NotificationBatch, NotificationReport, NotificationReportError,
@@ -45,14 +45,13 @@ pub use notification::{
 pub use record::{AlarmEvent, AlarmRecord};
 pub use set::{AlarmSet, AlarmSpecError};
 pub use source::{
-    MAX_SEVERITY, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm, SourceQuality,
-    SourceReport, SourceReportError,
+    MAX_SEVERITY, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm, SourceReport,
+    SourceReportError,
 };
 pub use spec::{
-    AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, Priority, TagCondition,
-    VerdictCondition,
+    AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, TagCondition, VerdictCondition,
 };
-pub use state::{AlarmFlags, State};
+pub use state::AlarmFlags;
 pub use table::{AlarmStatus, AlarmTable, StateCounts};
 pub use template::AlarmTemplate;
 pub use verdict_input::VerdictInput;

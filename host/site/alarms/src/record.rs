@@ -1,9 +1,10 @@
 //! Records of alarm events, as the audit log stores them.
 
-use busbar_tags::{Origin, SourceTime, Value};
+use busbar_tags::SourceTime;
+use busbar_types::{AlarmState, Origin, Value};
 use serde::{Deserialize, Serialize};
 
-use crate::{AlarmFlags, State};
+use crate::AlarmFlags;
 
 /// Events of an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -47,9 +48,9 @@ pub struct AlarmRecord {
     /// Event of the alarm.
     pub happened: AlarmEvent,
     /// State before the event.
-    pub from: State,
+    pub from: AlarmState,
     /// State after the event.
-    pub to: State,
+    pub to: AlarmState,
     /// Flags from which the state after follows.
     pub standing: AlarmFlags,
     /// Operator who acted; none for other events.
@@ -83,17 +84,9 @@ fn is_live(origin: &Origin) -> bool {
 
 /// An origin as a list of names.
 pub(crate) mod origin_names {
-    use busbar_tags::Origin;
+    use busbar_types::Origin;
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serializer};
-
-    const ALL: [Origin; 5] = [
-        Origin::SUBSTITUTED,
-        Origin::TEST,
-        Origin::SIMULATED,
-        Origin::RECORDED,
-        Origin::HISTORICAL,
-    ];
 
     pub(crate) fn serialize<S: Serializer>(
         origin: &Origin,
@@ -108,8 +101,8 @@ pub(crate) mod origin_names {
     ) -> Result<Origin, D::Error> {
         let names = Vec::<String>::deserialize(deserializer)?;
         let one = |name: &String| {
-            let known = ALL.into_iter().find(|origin| origin.names().eq([name.as_str()]));
-            known.ok_or_else(|| D::Error::custom(format!("'{name}' is no origin")))
+            Origin::from_name(name)
+                .ok_or_else(|| D::Error::custom(format!("'{name}' is no origin")))
         };
         names.iter().map(one).try_fold(Origin::LIVE, |all, origin| Ok(all | origin?))
     }

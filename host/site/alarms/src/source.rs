@@ -3,9 +3,10 @@
 use std::collections::HashSet;
 
 use busbar_tags::SourceTime;
+use busbar_types::{AlarmState, QualityLevel};
 use serde::{Deserialize, Serialize};
 
-use crate::{AlarmFlags, State};
+use crate::AlarmFlags;
 
 /// Alarms of one report.
 pub const MAX_SOURCE_ALARMS: usize = 5_000;
@@ -30,19 +31,6 @@ pub struct SourceReport {
     /// Alarms of interest; `None` where they are unchanged, or where the fault makes them
     /// unknown.
     pub alarms: Option<Vec<SourceAlarm>>,
-}
-
-/// Quality of an alarm as its source rates it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SourceQuality {
-    /// The state is reliable.
-    #[default]
-    Good,
-    /// State may be wrong.
-    Uncertain,
-    /// The state is unknown.
-    Bad,
 }
 
 /// An alarm as its source has it.
@@ -73,7 +61,7 @@ pub struct SourceAlarm {
     /// Time of its last change of state, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: Option<i64>,
     /// Quality as the source rates it.
-    pub quality: SourceQuality,
+    pub quality: QualityLevel,
 }
 
 /// The rule that a report breaks.
@@ -145,9 +133,9 @@ impl SourceAlarm {
     /// source's own reason.
     pub fn state_name(&self) -> &'static str {
         match self.standing().state() {
-            State::Normal if self.is_unconfirmed => "returned, unconfirmed",
-            State::Normal => "returned, kept by its source",
-            State::Acknowledged if self.is_unconfirmed => "acknowledged, unconfirmed",
+            AlarmState::Normal if self.is_unconfirmed => "returned, unconfirmed",
+            AlarmState::Normal => "returned, kept by its source",
+            AlarmState::Acknowledged if self.is_unconfirmed => "acknowledged, unconfirmed",
             state => state.name(),
         }
     }
@@ -205,14 +193,14 @@ mod tests {
             is_unacknowledged,
             ..alarm("a")
         };
-        assert_eq!(with(true, true).standing().state(), State::Unacknowledged);
-        assert_eq!(with(true, false).standing().state(), State::Acknowledged);
-        assert_eq!(with(false, true).standing().state(), State::ReturnedUnacknowledged);
+        assert_eq!(with(true, true).standing().state(), AlarmState::Unacknowledged);
+        assert_eq!(with(true, false).standing().state(), AlarmState::Acknowledged);
+        assert_eq!(with(false, true).standing().state(), AlarmState::ReturnedUnacknowledged);
         assert_eq!(with(false, false).state_name(), "returned, kept by its source");
         let unconfirmed = SourceAlarm { is_unconfirmed: true, ..with(false, false) };
         assert_eq!(unconfirmed.state_name(), "returned, unconfirmed");
         let shelved = SourceAlarm { is_shelved: true, ..with(true, true) };
-        assert_eq!(shelved.standing().state(), State::Shelved);
+        assert_eq!(shelved.standing().state(), AlarmState::Shelved);
         let out = SourceAlarm { is_out_of_service: true, ..shelved };
         assert_eq!(out.state_name(), "out of service");
     }

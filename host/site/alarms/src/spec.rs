@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use busbar_overlay_picture::Severity;
+use busbar_types::Severity;
 use busbar_tags::TagHandle;
-use serde::{Deserialize, Serialize};
+use busbar_types::Priority;
 
 use crate::Condition;
 
@@ -16,23 +16,6 @@ pub const MAX_DELAY: Duration = Duration::from_secs(86_400);
 /// Names an alarm within one table: its place in the set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct AlarmHandle(pub u32);
-
-/// Priority of an alarm, the most urgent first (IEC 62682).
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
-)]
-#[serde(rename_all = "snake_case")]
-pub enum Priority {
-    /// Action is needed at once.
-    Critical,
-    /// Action is needed promptly.
-    High,
-    /// Action is needed soon.
-    #[default]
-    Medium,
-    /// Action may be deferred.
-    Low,
-}
 
 /// A condition of a tag.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -137,19 +120,4 @@ pub struct AlarmSpec {
     pub group: Option<String>,
     /// Source of its states.
     pub source: AlarmSource,
-}
-
-impl Priority {
-    /// All priorities, the most urgent first.
-    pub const ALL: [Self; 4] = [Self::Critical, Self::High, Self::Medium, Self::Low];
-
-    /// `critical`, `high`, `medium` or `low`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Critical => "critical",
-            Self::High => "high",
-            Self::Medium => "medium",
-            Self::Low => "low",
-        }
-    }
 }

@@ -2,42 +2,8 @@
 //! ANSI/ISA-18.2).
 
 use busbar_tags::SourceTime;
+use busbar_types::AlarmState;
 use serde::{Deserialize, Serialize};
-
-/// The state of an alarm.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
-)]
-pub enum State {
-    /// Normal state of an alarm.
-    #[default]
-    #[serde(rename = "A")]
-    Normal,
-    /// Unacknowledged alarm, condition active.
-    #[serde(rename = "B")]
-    Unacknowledged,
-    /// Acknowledged alarm, condition active.
-    #[serde(rename = "C")]
-    Acknowledged,
-    /// Returned to normal, unacknowledged.
-    #[serde(rename = "D")]
-    ReturnedUnacknowledged,
-    /// Latched, unacknowledged: condition over; needs acknowledgment and reset.
-    #[serde(rename = "E")]
-    LatchedUnacknowledged,
-    /// Latched, acknowledged: condition over; needs a reset.
-    #[serde(rename = "F")]
-    LatchedAcknowledged,
-    /// Shelved by an operator for some time.
-    #[serde(rename = "G")]
-    Shelved,
-    /// Suppressed by design (logic).
-    #[serde(rename = "H")]
-    SuppressedByDesign,
-    /// Out of service (maintenance).
-    #[serde(rename = "I")]
-    OutOfService,
-}
 
 /// Flags that determine an alarm's state, also under a hold (shelving, suppression by design, out
 /// of service). Holds are independent of each other; the strongest is visible.
@@ -79,103 +45,36 @@ fn is_false(value: &bool) -> bool {
     !value
 }
 
-impl State {
-    /// All states, in the order of their letters.
-    pub const ALL: [Self; 9] = [
-        Self::Normal,
-        Self::Unacknowledged,
-        Self::Acknowledged,
-        Self::ReturnedUnacknowledged,
-        Self::LatchedUnacknowledged,
-        Self::LatchedAcknowledged,
-        Self::Shelved,
-        Self::SuppressedByDesign,
-        Self::OutOfService,
-    ];
-
-    /// Returns the letter of the state in the diagrams of IEC 62682, `A` to `I`.
-    pub fn letter(self) -> char {
-        match self {
-            Self::Normal => 'A',
-            Self::Unacknowledged => 'B',
-            Self::Acknowledged => 'C',
-            Self::ReturnedUnacknowledged => 'D',
-            Self::LatchedUnacknowledged => 'E',
-            Self::LatchedAcknowledged => 'F',
-            Self::Shelved => 'G',
-            Self::SuppressedByDesign => 'H',
-            Self::OutOfService => 'I',
-        }
-    }
-
-    /// Returns the name of the state for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Normal => "normal",
-            Self::Unacknowledged => "unacknowledged",
-            Self::Acknowledged => "acknowledged",
-            Self::ReturnedUnacknowledged => "returned, unacknowledged",
-            Self::LatchedUnacknowledged => "latched, unacknowledged",
-            Self::LatchedAcknowledged => "latched, acknowledged",
-            Self::Shelved => "shelved",
-            Self::SuppressedByDesign => "suppressed by design",
-            Self::OutOfService => "out of service",
-        }
-    }
-
-    /// Reports whether the state is an unacknowledged one.
-    pub fn is_unacknowledged(self) -> bool {
-        matches!(
-            self,
-            Self::Unacknowledged | Self::ReturnedUnacknowledged | Self::LatchedUnacknowledged
-        )
-    }
-
-    /// Reports whether the alarm is in the alarm list: neither normal nor suppressed.
-    pub fn is_annunciated(self) -> bool {
-        matches!(
-            self,
-            Self::Unacknowledged
-                | Self::Acknowledged
-                | Self::ReturnedUnacknowledged
-                | Self::LatchedUnacknowledged
-                | Self::LatchedAcknowledged
-        )
-    }
-
-    /// Reports whether the alarm is shelved, suppressed by design or out of service.
-    pub fn is_held(self) -> bool {
-        matches!(self, Self::Shelved | Self::SuppressedByDesign | Self::OutOfService)
-    }
-}
-
 impl AlarmFlags {
     /// The state that it makes.
-    pub fn state(&self) -> State {
+    pub fn state(&self) -> AlarmState {
         let Self { is_active, is_unacknowledged, is_latched, .. } = *self;
         match (is_active, is_latched, is_unacknowledged) {
-            _ if self.is_out_of_service => State::OutOfService,
-            _ if self.is_suppressed => State::SuppressedByDesign,
-            _ if self.is_shelved => State::Shelved,
-            (true, _, true) => State::Unacknowledged,
-            (true, _, false) => State::Acknowledged,
-            (false, true, true) => State::LatchedUnacknowledged,
-            (false, true, false) => State::LatchedAcknowledged,
-            (false, false, true) => State::ReturnedUnacknowledged,
-            (false, false, false) => State::Normal,
+            _ if self.is_out_of_service => AlarmState::OutOfService,
+            _ if self.is_suppressed => AlarmState::SuppressedByDesign,
+            _ if self.is_shelved => AlarmState::Shelved,
+            (true, _, true) => AlarmState::Unacknowledged,
+            (true, _, false) => AlarmState::Acknowledged,
+            (false, true, true) => AlarmState::LatchedUnacknowledged,
+            (false, true, false) => AlarmState::LatchedAcknowledged,
+            (false, false, true) => AlarmState::ReturnedUnacknowledged,
+            (false, false, false) => AlarmState::Normal,
         }
     }
 
     /// The standing of which nothing but the state is known.
-    pub fn from_state(state: State, shelved_until: Option<SourceTime>) -> Self {
+    pub fn from_state(state: AlarmState, shelved_until: Option<SourceTime>) -> Self {
         Self {
-            is_active: matches!(state, State::Unacknowledged | State::Acknowledged),
+            is_active: matches!(state, AlarmState::Unacknowledged | AlarmState::Acknowledged),
             is_unacknowledged: state.is_unacknowledged(),
-            is_latched: matches!(state, State::LatchedUnacknowledged | State::LatchedAcknowledged),
-            is_shelved: state == State::Shelved,
-            shelved_until: shelved_until.filter(|_| state == State::Shelved),
-            is_suppressed: state == State::SuppressedByDesign,
-            is_out_of_service: state == State::OutOfService,
+            is_latched: matches!(
+                state,
+                AlarmState::LatchedUnacknowledged | AlarmState::LatchedAcknowledged
+            ),
+            is_shelved: state == AlarmState::Shelved,
+            shelved_until: shelved_until.filter(|_| state == AlarmState::Shelved),
+            is_suppressed: state == AlarmState::SuppressedByDesign,
+            is_out_of_service: state == AlarmState::OutOfService,
         }
     }
 
@@ -234,7 +133,7 @@ mod tests {
 
     #[test]
     fn a_standing_of_a_state_makes_that_state() {
-        for state in State::ALL {
+        for state in AlarmState::ALL {
             assert_eq!(AlarmFlags::from_state(state, None).state(), state);
         }
     }

@@ -1,11 +1,10 @@
 use std::sync::Arc;
 
-use busbar_tags::{
-    Quality, Reason, Sample, SourceTime, TagSet, TagSpec, TagTable, Value, ValueKind,
-};
+use busbar_tags::{Sample, SourceTime, TagSet, TagSpec, TagTable};
+use busbar_types::{AlarmAction, AlarmState, Limit, Priority, Quality, Reason, Value, ValueKind};
 
 use super::*;
-use crate::{Action, ActionError, AlarmSet, AlarmSpec, Limit, Priority, State};
+use crate::{ActionError, AlarmSet, AlarmSpec};
 
 const START: Moment = Moment(1 << 40);
 const SHIFT: Duration = Duration::from_secs(8 * 3600);
@@ -102,11 +101,11 @@ impl Bay {
         records
     }
 
-    fn state(&self, alarm: u32) -> State {
+    fn state(&self, alarm: u32) -> AlarmState {
         self.alarms.status(AlarmHandle(alarm)).unwrap().state
     }
 
-    fn perform(&mut self, alarm: u32, action: Action) -> Result<AlarmRecord, ActionError> {
+    fn perform(&mut self, alarm: u32, action: AlarmAction) -> Result<AlarmRecord, ActionError> {
         self.alarms.perform(AlarmHandle(alarm), action, "A. Operator")
     }
 }
@@ -132,10 +131,10 @@ fn delays_are_kept_and_begin_anew_when_the_condition_goes() {
     assert_eq!(bay.step(0.5), []);
     assert_eq!(bay.step(4.9), []);
     assert_eq!(bay.alarms.next_due(), Some(bay.now.after(seconds(0.1))));
-    assert_eq!(bay.step(0.1)[0].to, State::Unacknowledged);
+    assert_eq!(bay.step(0.1)[0].to, AlarmState::Unacknowledged);
     bay.set_oil(92.0);
     assert_eq!(bay.step(0.0), []);
-    assert_eq!(bay.step(10.0)[0].to, State::ReturnedUnacknowledged);
+    assert_eq!(bay.step(10.0)[0].to, AlarmState::ReturnedUnacknowledged);
     assert_eq!(bay.alarms.next_due(), None);
 }
 
@@ -150,15 +149,15 @@ fn bad_values_neither_raise_nor_clear_and_the_alarm_says_so() {
     bay.set_oil(96.0);
     assert_eq!(bay.step(0.0), []);
     assert_eq!(bay.step(4.0), [], "the delay began anew");
-    assert_eq!(bay.step(1.0)[0].to, State::Unacknowledged);
+    assert_eq!(bay.step(1.0)[0].to, AlarmState::Unacknowledged);
     // Stale from here on.
     assert_eq!(bay.step(7200.0), [], "never cleared by silence");
     let status = bay.alarms.status(AlarmHandle(0)).unwrap();
-    assert_eq!((status.state, status.is_certain), (State::Unacknowledged, false));
+    assert_eq!((status.state, status.is_certain), (AlarmState::Unacknowledged, false));
     bay.set_oil(80.0);
     bay.step(0.0);
     assert!(bay.alarms.status(AlarmHandle(0)).unwrap().is_certain);
-    assert_eq!(bay.step(5.0)[0].to, State::ReturnedUnacknowledged);
+    assert_eq!(bay.step(5.0)[0].to, AlarmState::ReturnedUnacknowledged);
 }
 
 #[test]
@@ -171,7 +170,7 @@ fn a_condition_that_is_over_before_the_frame_is_no_less_an_alarm() {
     bay.set_bool(RELAY, false);
     let records = bay.step(0.016);
     let states: Vec<_> = records.iter().map(|record| record.to).collect();
-    assert_eq!(states, [State::Unacknowledged, State::ReturnedUnacknowledged]);
+    assert_eq!(states, [AlarmState::Unacknowledged, AlarmState::ReturnedUnacknowledged]);
     assert_eq!(records[0].value, Some(Value::Bool(true)));
 }
 
@@ -192,7 +191,7 @@ fn the_first_of_a_group_is_told_until_all_are_normal() {
     let first: Vec<_> = records.iter().map(|r| (r.alarm.as_str(), r.is_first_out)).collect();
     assert_eq!(first, [("relay", true), ("breaker", false)]);
     for alarm in [0, 1] {
-        bay.perform(alarm, Action::Acknowledge).unwrap();
+        bay.perform(alarm, AlarmAction::Acknowledge).unwrap();
     }
     bay.set_bool(RELAY, false);
     bay.step(1.0);
@@ -215,10 +214,13 @@ fn what_suppresses_in_the_same_frame_suppresses_and_nothing_is_shown_between() {
     bay.set_oil(99.0);
     bay.set_bool(BREAKER, false);
     let states = |records: Vec<AlarmRecord>| records.iter().map(|r| r.to).collect::<Vec<_>>();
-    assert_eq!(states(bay.step(1.0)), [State::SuppressedByDesign, State::SuppressedByDesign]);
+    assert_eq!(
+        states(bay.step(1.0)),
+        [AlarmState::SuppressedByDesign, AlarmState::SuppressedByDesign]
+    );
     bay.set_oil(60.0);
     bay.set_bool(BREAKER, true);
-    assert_eq!(states(bay.step(1.0)), [State::SuppressedByDesign, State::Normal]);
+    assert_eq!(states(bay.step(1.0)), [AlarmState::SuppressedByDesign, AlarmState::Normal]);
 }
 
 #[test]
@@ -226,17 +228,20 @@ fn shelves_end_by_themselves_and_what_is_wrong_still_is_annunciated_anew() {
     let mut bay = Bay::new(vec![hot()]);
     bay.set_oil(96.0);
     bay.step(0.0);
-    bay.perform(0, Action::Acknowledge).unwrap();
-    let shelved = bay.perform(0, Action::Shelve(seconds(600.0))).unwrap();
+    bay.perform(0, AlarmAction::Acknowledge).unwrap();
+    let shelved = bay.perform(0, AlarmAction::Shelve(seconds(600.0))).unwrap();
     assert_eq!(shelved.standing.shelved_until, Some(SourceTime(600_000_000_000)));
     assert_eq!(bay.step(599.0), []);
     let left = bay.alarms.status(AlarmHandle(0)).unwrap().shelf_left;
     assert_eq!(left, Some(seconds(1.0)));
     let expired = &bay.step(1.0)[0];
-    assert_eq!((expired.happened, expired.to), (AlarmEvent::ShelfExpired, State::Unacknowledged));
-    let too_long = bay.perform(0, Action::Shelve(SHIFT + seconds(1.0))).unwrap_err();
+    assert_eq!(
+        (expired.happened, expired.to),
+        (AlarmEvent::ShelfExpired, AlarmState::Unacknowledged)
+    );
+    let too_long = bay.perform(0, AlarmAction::Shelve(SHIFT + seconds(1.0))).unwrap_err();
     assert!(too_long.to_string().contains("from 1 to 28800 s"), "{too_long}");
-    assert_eq!(bay.state(0), State::Unacknowledged);
+    assert_eq!(bay.state(0), AlarmState::Unacknowledged);
 }
 
 #[test]
@@ -247,8 +252,8 @@ fn a_table_goes_on_where_the_log_ends() {
     let mut before = Bay::new(specs());
     before.set_oil(96.0);
     let mut log = before.step(0.0);
-    log.push(before.perform(0, Action::Acknowledge).unwrap());
-    log.push(before.perform(2, Action::Shelve(seconds(60.0))).unwrap());
+    log.push(before.perform(0, AlarmAction::Acknowledge).unwrap());
+    log.push(before.perform(2, AlarmAction::Shelve(seconds(60.0))).unwrap());
     let last = log.last().unwrap().number;
     assert!(log.iter().map(|record| record.number).eq(1..=last));
     let mut after = Bay::new(specs());
@@ -257,7 +262,7 @@ fn a_table_goes_on_where_the_log_ends() {
     after.alarms.restore(standings, last, SourceTime(59_000_000_000));
     assert_eq!(
         [0, 1, 2].map(|alarm| after.state(alarm)),
-        [State::Acknowledged, State::Unacknowledged, State::Shelved]
+        [AlarmState::Acknowledged, AlarmState::Unacknowledged, AlarmState::Shelved]
     );
     assert!(!after.alarms.status(AlarmHandle(0)).unwrap().is_certain, "nothing is known yet");
     assert_eq!(after.step(0.5), [], "nothing came: all stays");
@@ -266,14 +271,14 @@ fn a_table_goes_on_where_the_log_ends() {
     let told: Vec<_> = records.iter().map(|r| (r.number, r.alarm.as_str(), r.to)).collect();
     assert_eq!(
         told,
-        [(last + 1, "shelved", State::Unacknowledged)],
+        [(last + 1, "shelved", AlarmState::Unacknowledged)],
         "acknowledged stays acknowledged"
     );
     after.set_oil(60.0);
     after.step(1.0);
     assert_eq!(
         [0, 1, 2].map(|alarm| after.state(alarm)),
-        [State::Normal, State::LatchedUnacknowledged, State::ReturnedUnacknowledged]
+        [AlarmState::Normal, AlarmState::LatchedUnacknowledged, AlarmState::ReturnedUnacknowledged]
     );
 }
 
@@ -284,15 +289,15 @@ fn what_is_mirrored_is_decided_on_by_the_host_alone() {
     let mirror = |bay: &mut Bay, state| {
         bay.alarms.mirror(AlarmHandle(0), state, None, Some("host")).unwrap()
     };
-    assert_eq!(mirror(&mut bay, State::Normal), None);
-    for state in State::ALL.into_iter().skip(1) {
+    assert_eq!(mirror(&mut bay, AlarmState::Normal), None);
+    for state in AlarmState::ALL.into_iter().skip(1) {
         let record = mirror(&mut bay, state).expect("it changes");
         assert_eq!((record.to, record.happened), (state, AlarmEvent::Mirrored));
-        let refused = bay.perform(0, Action::Acknowledge).unwrap_err();
+        let refused = bay.perform(0, AlarmAction::Acknowledge).unwrap_err();
         assert!(matches!(refused, ActionError::Mirrored { .. }));
     }
     let mut own = Bay::new(vec![hot()]);
-    let refused = own.alarms.mirror(AlarmHandle(0), State::Unacknowledged, None, None);
+    let refused = own.alarms.mirror(AlarmHandle(0), AlarmState::Unacknowledged, None, None);
     assert_eq!(refused, Err(ActionError::Unknown), "a tag decides on that one");
 }
 
@@ -310,7 +315,7 @@ fn counts_and_what_is_open_follow_and_timers_hold_one_entry_an_alarm() {
     bay.step(60.0);
     let counts = bay.alarms.counts(Priority::High);
     assert_eq!(
-        (counts.count(State::Unacknowledged), counts.annunciated(), counts.unacknowledged()),
+        (counts.count(AlarmState::Unacknowledged), counts.annunciated(), counts.unacknowledged()),
         (100, 100, 100)
     );
     assert_eq!(bay.alarms.open().len(), 100);
@@ -369,8 +374,8 @@ fn a_table_goes_on_where_another_was_whatever_numbers_alarms_and_tags_have() {
         records
     };
     assert_eq!(step(&mut before, &mut tags, 1.0).len(), 3);
-    before.perform(AlarmHandle(1), Action::Acknowledge, "Anna").unwrap();
-    before.perform(AlarmHandle(2), Action::Shelve(seconds(30.0)), "Anna").unwrap();
+    before.perform(AlarmHandle(1), AlarmAction::Acknowledge, "Anna").unwrap();
+    before.perform(AlarmHandle(2), AlarmAction::Shelve(seconds(30.0)), "Anna").unwrap();
 
     let second = vec![
         alarm("new", hot(TagHandle(1), 99.0, 0.0)),
@@ -382,7 +387,10 @@ fn a_table_goes_on_where_another_was_whatever_numbers_alarms_and_tags_have() {
     after.inherit(before, |id| id != "oil");
     let state = |table: &AlarmTable, alarm| table.status(AlarmHandle(alarm)).unwrap().state;
     let states = |table: &AlarmTable| [0, 1, 2, 3].map(|alarm| state(table, alarm));
-    assert_eq!(states(&after), [State::Normal, State::Acknowledged, State::Shelved, State::Normal]);
+    assert_eq!(
+        states(&after),
+        [AlarmState::Normal, AlarmState::Acknowledged, AlarmState::Shelved, AlarmState::Normal]
+    );
     let records = step(&mut after, &mut tags, 2.0);
     let happened: Vec<_> = records.iter().map(|record| record.alarm.as_str()).collect();
     assert_eq!(happened, ["new"], "what was acknowledged stays so, its limit moved or not");
@@ -391,8 +399,13 @@ fn a_table_goes_on_where_another_was_whatever_numbers_alarms_and_tags_have() {
     assert_eq!(records[0].alarm, "slow", "its delay went on");
     assert_eq!(
         states(&after),
-        [State::Unacknowledged, State::Acknowledged, State::Shelved, State::Unacknowledged]
+        [
+            AlarmState::Unacknowledged,
+            AlarmState::Acknowledged,
+            AlarmState::Shelved,
+            AlarmState::Unacknowledged
+        ]
     );
     step(&mut after, &mut tags, 31.5);
-    assert_eq!(state(&after, 2), State::Unacknowledged, "its shelf ended when it was to");
+    assert_eq!(state(&after, 2), AlarmState::Unacknowledged, "its shelf ended when it was to");
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_tags::{Change, Moment, Origin, SourceTime, Value};
+use busbar_tags::{Change, Moment, SourceTime};
+use busbar_types::{AlarmAction, AlarmState, Origin, Priority, Value};
 
 use crate::chatter::Chatter;
 use crate::first_out::Group;
@@ -12,8 +13,8 @@ use crate::state::Hold;
 use crate::timers::Timers;
 use crate::verdict_input::VerdictInput;
 use crate::{
-    Action, ActionError, AlarmEvent, AlarmFlags, AlarmHandle, AlarmRecord, AlarmSet, AlarmSpec,
-    MAX_OPERATOR_BYTES, Priority, State,
+    ActionError, AlarmEvent, AlarmFlags, AlarmHandle, AlarmRecord, AlarmSet, AlarmSpec,
+    MAX_OPERATOR_BYTES,
 };
 
 /// The alarms of a scene and their states.
@@ -93,7 +94,7 @@ pub struct AlarmStatus {
     /// Flags from which the state follows.
     pub standing: AlarmFlags,
     /// State by IEC 62682.
-    pub state: State,
+    pub state: AlarmState,
     /// True where the quality of its tag is good or its verdict is known; always for a mirrored
     /// one.
     pub is_certain: bool,
@@ -120,26 +121,30 @@ pub struct AlarmStatus {
 
 /// Numbers of alarms by state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StateCounts([usize; State::ALL.len()]);
+pub struct StateCounts([usize; AlarmState::ALL.len()]);
 
 impl StateCounts {
     /// Returns the number of alarms in a state.
-    pub fn count(&self, state: State) -> usize {
+    pub fn count(&self, state: AlarmState) -> usize {
         self.0[state as usize]
     }
 
     /// Returns the number of unacknowledged alarms.
     pub fn unacknowledged(&self) -> usize {
-        self.sum(State::is_unacknowledged)
+        self.sum(AlarmState::is_unacknowledged)
     }
 
     /// Returns the number of alarms in the alarm list.
     pub fn annunciated(&self) -> usize {
-        self.sum(State::is_annunciated)
+        self.sum(AlarmState::is_annunciated)
     }
 
-    fn sum(&self, counts: impl Fn(State) -> bool) -> usize {
-        State::ALL.into_iter().filter(|state| counts(*state)).map(|state| self.count(state)).sum()
+    fn sum(&self, counts: impl Fn(AlarmState) -> bool) -> usize {
+        AlarmState::ALL
+            .into_iter()
+            .filter(|state| counts(*state))
+            .map(|state| self.count(state))
+            .sum()
     }
 }
 
@@ -149,7 +154,7 @@ impl AlarmTable {
     pub fn new(set: Arc<AlarmSet>, max_shelving: Duration, now: Moment) -> Self {
         let mut counts = [StateCounts::default(); Priority::ALL.len()];
         let cell = |spec: &AlarmSpec| {
-            counts[spec.priority as usize].0[State::Normal as usize] += 1;
+            counts[spec.priority as usize].0[AlarmState::Normal as usize] += 1;
             Cell::new(spec)
         };
         Self {
@@ -256,7 +261,7 @@ impl AlarmTable {
             let group = self.set.group(alarm).filter(|_| after.is_annunciated());
             cell.is_first_out &= group.is_some();
             self.cells[alarm.0 as usize] = cell;
-            self.recount(alarm, State::Normal, after);
+            self.recount(alarm, AlarmState::Normal, after);
             if let Some(group) = group {
                 let group = &mut self.groups[group as usize];
                 group.enter_unordered();
@@ -334,7 +339,7 @@ impl AlarmTable {
     pub fn perform(
         &mut self,
         alarm: AlarmHandle,
-        action: Action,
+        action: AlarmAction,
         operator: &str,
     ) -> Result<AlarmRecord, ActionError> {
         let spec = self.set.spec(alarm).ok_or(ActionError::Unknown)?;
@@ -346,12 +351,12 @@ impl AlarmTable {
             return Err(ActionError::Nameless);
         }
         let cell = &mut self.cells[alarm.0 as usize];
-        if !action.is_legal(&cell.standing) {
+        if !cell.standing.allows(action) {
             let state = cell.standing.state();
             return Err(ActionError::Illegal { alarm: id(), action, state });
         }
         let mut until = None;
-        if let Action::Shelve(asked) = action {
+        if let AlarmAction::Shelve(asked) = action {
             let most = self.max_shelving;
             if asked.is_zero() || asked > most {
                 return Err(ActionError::ShelvingTime { alarm: id(), asked, most });
@@ -360,10 +365,10 @@ impl AlarmTable {
             let nanos = i64::try_from(asked.as_nanos()).unwrap_or(i64::MAX);
             until = Some(SourceTime(self.wall_clock.0.saturating_add(nanos)));
         }
-        if action == Action::Unshelve {
+        if action == AlarmAction::Unshelve {
             cell.shelf_ends = None;
         }
-        let mut record = self.change(alarm, |standing| action.apply(standing, until, latches));
+        let mut record = self.change(alarm, |standing| standing.apply(action, until, latches));
         record.operator = Some(operator.to_owned());
         self.queue(alarm);
         Ok(record)
@@ -377,7 +382,7 @@ impl AlarmTable {
     pub fn mirror(
         &mut self,
         alarm: AlarmHandle,
-        state: State,
+        state: AlarmState,
         until: Option<SourceTime>,
         operator: Option<&str>,
     ) -> Result<Option<AlarmRecord>, ActionError> {
@@ -458,12 +463,12 @@ impl AlarmTable {
         self.revision += 1;
     }
 
-    fn recount(&mut self, alarm: AlarmHandle, from: State, to: State) {
+    fn recount(&mut self, alarm: AlarmHandle, from: AlarmState, to: AlarmState) {
         self.revision += 1;
         let counts = &mut self.counts[self.set.specs()[alarm.0 as usize].priority as usize];
         counts.0[from as usize] -= 1;
         counts.0[to as usize] += 1;
-        if to == State::Normal {
+        if to == AlarmState::Normal {
             self.open.remove(&alarm);
         } else {
             self.open.insert(alarm);

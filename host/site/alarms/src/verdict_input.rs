@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use busbar_tags::{Origin, SourceTime};
+use busbar_types::{Origin};
+use busbar_tags::SourceTime;
 
 use crate::AlarmHandle;
 

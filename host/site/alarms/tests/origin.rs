@@ -4,13 +4,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use busbar_alarms::{
-    Action, AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable,
-    Condition, Limit, Priority, TagCondition,
+    AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition,
+    TagCondition,
 };
-use busbar_tags::{
-    Moment, Origin, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value,
-    ValueKind,
-};
+use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
+use busbar_types::{AlarmAction, Limit, Origin, Priority, Quality, Value, ValueKind};
 
 const TAG: TagHandle = TagHandle(0);
 const ALARM: AlarmHandle = AlarmHandle(0);
@@ -88,7 +86,7 @@ fn an_alarm_has_the_origin_of_the_value_that_raised_it() {
         assert_eq!(records[0].happened, AlarmEvent::Occurred);
         assert_eq!(records[0].origin, Origin::SIMULATED | Origin::TEST);
         assert_eq!(bay.origin(), Origin::SIMULATED | Origin::TEST);
-        let record = bay.alarms.perform(ALARM, Action::Acknowledge, "A. Operator");
+        let record = bay.alarms.perform(ALARM, AlarmAction::Acknowledge, "A. Operator");
         assert_eq!(record.expect("it can be").origin, Origin::SIMULATED | Origin::TEST);
         let returned = bay.take(80.0, Origin::LIVE, 0);
         assert_eq!(

@@ -8,12 +8,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use busbar_alarms::{
-    Action, AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable,
-    Condition, Limit, Priority, State, TagCondition,
+    AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition,
+    TagCondition,
 };
-use busbar_tags::{
-    DoublePoint, Moment, Quality, Reason, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable,
-    Value, ValueKind,
+use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
+use busbar_types::{
+    AlarmAction, AlarmState, DoublePoint, Limit, Priority, Quality, Reason, Value, ValueKind,
 };
 use fastrand::Rng;
 
@@ -86,8 +86,8 @@ const RELEASED: &str = "
 #[derive(Clone, Debug, Default)]
 struct Model {
     /// Not held back; none while it is.
-    state: Option<State>,
-    holds: BTreeSet<State>,
+    state: Option<AlarmState>,
+    holds: BTreeSet<AlarmState>,
     condition: bool,
     latch: bool,
     /// The condition without delays, and since when it is so without interruption.
@@ -96,9 +96,9 @@ struct Model {
     shelf_ends: Option<Moment>,
 }
 
-fn letter(word: &str) -> State {
+fn letter(word: &str) -> AlarmState {
     let index = "ABCDEFGHI".find(word).expect("a letter");
-    State::ALL[index]
+    AlarmState::ALL[index]
 }
 
 /// Rows of a table whose first words are these.
@@ -113,10 +113,10 @@ fn look_up<'t>(table: &'t str, words: &[&str]) -> Option<&'t str> {
 
 impl Model {
     fn new() -> Self {
-        Self { state: Some(State::Normal), ..Self::default() }
+        Self { state: Some(AlarmState::Normal), ..Self::default() }
     }
 
-    fn shown(&self) -> State {
+    fn shown(&self) -> AlarmState {
         self.state.unwrap_or_else(|| *self.holds.last().expect("it is held"))
     }
 
@@ -133,9 +133,9 @@ impl Model {
             let kind = if latched { "latched" } else { "plain" };
             let Some(next) = look_up(TRANSITIONS, &[&name, event, kind]) else { return false };
             let next = letter(next);
-            self.latch |= latched && next == State::Unacknowledged;
+            self.latch |= latched && next == AlarmState::Unacknowledged;
             self.latch &= event != "reset";
-            if next >= State::Shelved {
+            if next >= AlarmState::Shelved {
                 self.holds.insert(next);
                 self.state = None;
             } else {
@@ -145,7 +145,7 @@ impl Model {
         }
         if event == "occurs" || event == "returns" {
             // Only behind a shelf alone does it latch.
-            self.latch |= event == "occurs" && latched && shown == State::Shelved;
+            self.latch |= event == "occurs" && latched && shown == AlarmState::Shelved;
             return true;
         }
         let Some(effect) = look_up(HELD, &[&name, event]) else { return false };
@@ -161,7 +161,7 @@ impl Model {
             ];
             self.state = look_up(RELEASED, &[condition, latch]).map(letter);
             // As for every way into B.
-            self.latch |= latched && self.state == Some(State::Unacknowledged);
+            self.latch |= latched && self.state == Some(AlarmState::Unacknowledged);
         }
         changed
     }
@@ -297,9 +297,9 @@ fn expected_step(
     };
     let suppression = suppressed_by.as_ref().map(|by| {
         let (value, quality) = state_of(by.tag);
-        verdict(by.condition, value, quality, model.holds.contains(&State::SuppressedByDesign))
+        verdict(by.condition, value, quality, model.holds.contains(&AlarmState::SuppressedByDesign))
     });
-    if suppression == Some(Some(true)) && !model.holds.contains(&State::SuppressedByDesign) {
+    if suppression == Some(Some(true)) && !model.holds.contains(&AlarmState::SuppressedByDesign) {
         happen(model, "suppress");
     }
     let of_tag = || history.iter().filter(|(tag, ..)| *tag == trigger.tag);
@@ -329,7 +329,7 @@ fn expected_step(
     if model.shelf_ends.take_if(|ends| *ends <= now).is_some() {
         happen(model, "expire");
     }
-    if suppression == Some(Some(false)) && model.holds.contains(&State::SuppressedByDesign) {
+    if suppression == Some(Some(false)) && model.holds.contains(&AlarmState::SuppressedByDesign) {
         happen(model, "unsuppress");
     }
     events
@@ -350,13 +350,18 @@ fn every_transition_of_a_random_walk_is_that_of_the_tables() {
     }
     for row in HELD.lines().filter(|line| !line.trim().is_empty()) {
         let cells: Vec<_> = row.split_whitespace().collect();
-        let is_walked = |t: &&(State, &str, State)| t.0 == letter(cells[0]) && t.1 == cells[1];
+        let is_walked =
+            |t: &&(AlarmState, &str, AlarmState)| t.0 == letter(cells[0]) && t.1 == cells[1];
         assert!(transitions.iter().any(|t| is_walked(&t)), "{row} never happened");
     }
     assert!(refusals > 1000, "{refusals} refusals");
 }
 
-fn walk(seed: u64, transitions: &mut BTreeSet<(State, &'static str, State)>, refusals: &mut u32) {
+fn walk(
+    seed: u64,
+    transitions: &mut BTreeSet<(AlarmState, &'static str, AlarmState)>,
+    refusals: &mut u32,
+) {
     let mut dice = Rng::with_seed(seed);
     let start = Moment(1 << 50);
     let mut now = start;
@@ -414,13 +419,13 @@ fn walk(seed: u64, transitions: &mut BTreeSet<(State, &'static str, State)>, ref
             let index = dice.usize(..ALARMS);
             let shelf = Duration::from_secs(dice.u64(1..=600));
             let (action, event) = [
-                (Action::Acknowledge, "acknowledge"),
-                (Action::Acknowledge, "acknowledge"),
-                (Action::Reset, "reset"),
-                (Action::Shelve(shelf), "shelve"),
-                (Action::Unshelve, "unshelve"),
-                (Action::RemoveFromService, "remove"),
-                (Action::ReturnToService, "return"),
+                (AlarmAction::Acknowledge, "acknowledge"),
+                (AlarmAction::Acknowledge, "acknowledge"),
+                (AlarmAction::Reset, "reset"),
+                (AlarmAction::Shelve(shelf), "shelve"),
+                (AlarmAction::Unshelve, "unshelve"),
+                (AlarmAction::RemoveFromService, "remove"),
+                (AlarmAction::ReturnToService, "return"),
             ][dice.usize(..7)];
             let model = &mut models[index];
             let (before, from) = (model.clone(), model.shown());
@@ -449,7 +454,7 @@ fn walk(seed: u64, transitions: &mut BTreeSet<(State, &'static str, State)>, ref
             }
         }
         for priority in Priority::ALL {
-            for state in State::ALL {
+            for state in AlarmState::ALL {
                 let is_so = |(model, spec): &(&Model, &AlarmSpec)| {
                     spec.priority == priority && model.shown() == state
                 };

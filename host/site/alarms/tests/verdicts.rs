@@ -4,15 +4,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_alarms::{
-    Action, AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable,
-    AlarmTemplate, Condition, Priority, State, TagCondition, VerdictCondition, VerdictInput,
-};
-use busbar_overlay_picture::Severity;
-use busbar_tags::{
-    Moment, Origin, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value,
-    ValueKind,
-};
+use busbar_alarms::{AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, AlarmTemplate, Condition, TagCondition, VerdictCondition, VerdictInput};
+use busbar_types::{AlarmAction, AlarmState, Origin, Priority, Quality, Severity, Value, ValueKind};
+use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
 use fastrand::Rng;
 
 const START: Moment = Moment(1 << 40);
@@ -83,11 +77,11 @@ impl Bay {
         records
     }
 
-    fn state(&self, alarm: u32) -> State {
+    fn state(&self, alarm: u32) -> AlarmState {
         self.alarms.status(AlarmHandle(alarm)).expect("it is there").state
     }
 
-    fn act(&mut self, alarm: u32, action: Action) {
+    fn act(&mut self, alarm: u32, action: AlarmAction) {
         self.alarms.perform(AlarmHandle(alarm), action, "A. Operator").expect("it is legal");
     }
 }
@@ -116,7 +110,7 @@ const UNKNOWN: Option<bool> = None;
 fn an_unknown_verdict_neither_raises_nor_clears() {
     let mut bay = Bay::new(vec![alarm("hot", [0, 0])]);
     assert_eq!(bay.step(0, &[(0, UNKNOWN)]), []);
-    assert_eq!(bay.state(0), State::Normal);
+    assert_eq!(bay.state(0), AlarmState::Normal);
     let came = bay.step(1, &[(0, ABNORMAL)]);
     assert_eq!(came[0].happened, AlarmEvent::Occurred);
     assert_eq!(came[0].reason.as_deref(), Some("82 °C, 41 K above its peers"));
@@ -128,11 +122,11 @@ fn an_unknown_verdict_neither_raises_nor_clears() {
         assert_eq!(bay.alarms.uncertainty(AlarmHandle(0)), Some("L2.Temperature: stale"));
         assert_eq!(bay.alarms.reason(AlarmHandle(0)), came[0].reason.as_deref());
     }
-    bay.act(0, Action::Acknowledge);
+    bay.act(0, AlarmAction::Acknowledge);
     assert_eq!(bay.step(1, &[(0, UNKNOWN)]), []);
-    assert_eq!(bay.state(0), State::Acknowledged);
+    assert_eq!(bay.state(0), AlarmState::Acknowledged);
     assert_eq!(bay.step(1, &[(0, NORMAL)])[0].happened, AlarmEvent::Returned);
-    assert_eq!((bay.state(0), bay.alarms.uncertainty(AlarmHandle(0))), (State::Normal, None));
+    assert_eq!((bay.state(0), bay.alarms.uncertainty(AlarmHandle(0))), (AlarmState::Normal, None));
 }
 
 #[test]
@@ -223,7 +217,7 @@ fn origin_and_assumption_are_those_of_the_verdict() {
     let status = bay.alarms.status(AlarmHandle(0)).expect("it is there");
     assert_eq!(status.origin, Origin::SIMULATED | Origin::RECORDED);
     assert!(!status.is_assumed, "the last known verdict rests on no default");
-    bay.act(0, Action::Acknowledge);
+    bay.act(0, AlarmAction::Acknowledge);
     let live = bay.step(1, &[(0, NORMAL)]);
     assert_eq!((live[0].origin, live[0].reason.as_deref()), (Origin::LIVE, None));
 }
@@ -243,17 +237,17 @@ fn shelving_latching_suppression_groups_and_chatter_are_those_of_any_alarm() {
     let mut bay = Bay::new(specs);
     let first = bay.step(0, &[(1, ABNORMAL), (0, ABNORMAL)]);
     assert_eq!(first.iter().map(|record| record.is_first_out).collect::<Vec<_>>(), [true, false]);
-    bay.act(1, Action::Shelve(Duration::from_secs(60)));
+    bay.act(1, AlarmAction::Shelve(Duration::from_secs(60)));
     assert_eq!(bay.step(30, &[(1, UNKNOWN)]), []);
-    assert_eq!(bay.state(1), State::Shelved);
+    assert_eq!(bay.state(1), AlarmState::Shelved);
     bay.step(30, &[]);
-    assert_eq!(bay.state(1), State::Unacknowledged, "what is unknown stays wrong");
+    assert_eq!(bay.state(1), AlarmState::Unacknowledged, "what is unknown stays wrong");
     bay.step(0, &[(1, NORMAL)]);
-    assert_eq!(bay.state(1), State::LatchedUnacknowledged);
+    assert_eq!(bay.state(1), AlarmState::LatchedUnacknowledged);
     let sample = Sample::live(BREAKER, Some(Value::Bool(true)), Quality::Good, bay.now);
     bay.tags.apply(&sample, |_| {});
     bay.step(0, &[(0, UNKNOWN)]);
-    assert_eq!(bay.state(0), State::SuppressedByDesign);
+    assert_eq!(bay.state(0), AlarmState::SuppressedByDesign);
     for _ in 0..3 {
         bay.step(5, &[(1, ABNORMAL)]);
         bay.step(5, &[(1, NORMAL)]);
@@ -280,8 +274,8 @@ fn further_alarms_leave_those_before_as_they_are() {
     let set = bay.alarms.set().extended(more, &bay.set).expect("they are new");
     bay.alarms.extend(Arc::new(set));
     let records = bay.step(1, &[(2, ABNORMAL)]);
-    assert_eq!(bay.state(0), State::Unacknowledged);
-    assert_eq!(bay.state(2), State::SuppressedByDesign, "by a value that came before it");
+    assert_eq!(bay.state(0), AlarmState::Unacknowledged);
+    assert_eq!(bay.state(2), AlarmState::SuppressedByDesign, "by a value that came before it");
     assert!(records.iter().all(|record| record.alarm.starts_with("hot:=Q")), "{records:?}");
     let id = &bay.alarms.set().spec(AlarmHandle(2)).expect("it is there").id;
     assert_eq!((id.as_str(), template.equipment_of(id)), ("hot:=Q3/L1", Some("=Q3/L1")));
@@ -289,7 +283,7 @@ fn further_alarms_leave_those_before_as_they_are() {
         assert_eq!(template.equipment_of(other), None, "{other}");
     }
     let counts = bay.alarms.counts(Priority::High);
-    let all: usize = State::ALL.into_iter().map(|state| counts.count(state)).sum();
+    let all: usize = AlarmState::ALL.into_iter().map(|state| counts.count(state)).sum();
     assert_eq!(all, 3);
     let twice = bay.alarms.set().extended([template.alarm_on("=Q2")], &bay.set);
     assert!(twice.is_err(), "an alarm is there once");

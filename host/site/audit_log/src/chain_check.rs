@@ -1,6 +1,7 @@
 //! Check of one log file: its lines, the links of its hash chain, and every fault of either.
 
-use busbar_alarms::{AlarmRecord, State};
+use busbar_alarms::AlarmRecord;
+use busbar_types::AlarmState;
 
 use crate::chain::{Digest256, KeyRing};
 use crate::file_header::FileHeader;
@@ -239,7 +240,7 @@ impl CheckedFile {
 
 /// Records the state of an alarm after a record.
 fn stand(record: &AlarmRecord, found: &mut RecoveredLog) {
-    if record.to == State::Normal {
+    if record.to == AlarmState::Normal {
         found.open.remove(&record.alarm);
     } else {
         found.open.insert(record.alarm.clone(), record.clone());

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use busbar_alarms::State;
+use busbar_types::AlarmState;
 use fastrand::Rng;
 
 use crate::anchor::{Anchor, AnchorState};
@@ -49,7 +49,7 @@ fn write_log(random: &mut Rng) -> WrittenLog {
             let first = number + 1;
             number += count;
             (first..=number)
-                .flat_map(|n| old_line(&record(n, "old", State::Unacknowledged)))
+                .flat_map(|n| old_line(&record(n, "old", AlarmState::Unacknowledged)))
                 .collect()
         };
         storage.put("alarms.1.jsonl", &lines(random.u64(1..5)));
@@ -64,7 +64,7 @@ fn write_log(random: &mut Rng) -> WrittenLog {
         for _ in 0..random.u32(1..10) {
             let count = random.u64(1..4);
             let alarm = random.u32(..4).to_string();
-            let to = if random.bool() { State::Unacknowledged } else { State::Normal };
+            let to = if random.bool() { AlarmState::Unacknowledged } else { AlarmState::Normal };
             writer.stage((number + 1..=number + count).map(|n| record(n, &alarm, to)).collect());
             number += count;
             if random.u32(..8) == 0 {
@@ -153,14 +153,14 @@ fn damage(log: &WrittenLog, files: &mut Files, random: &mut Rng) {
         }
         12 => {
             let forged =
-                old_line(&record(log.newest + random.u64(..3), "forged", State::OutOfService));
+                old_line(&record(log.newest + random.u64(..3), "forged", AlarmState::OutOfService));
             bytes.extend_from_slice(&forged);
         }
         13 => {
             // A record that goes on from the last chain value, under a key that was guessed.
             let last = lines.iter().rev().find_map(|l| line::read(l.strip_suffix(b"\n")?)?.link);
             let before = last.map_or(Digest256::default(), |link| link.value);
-            let forged = record(log.newest + 1, "forged", State::Normal);
+            let forged = record(log.newest + 1, "forged", AlarmState::Normal);
             let key = ChainKey::new(b"some other key here");
             line::write(bytes, line::NEWS, &forged, &before, &key).unwrap();
         }
@@ -170,7 +170,7 @@ fn damage(log: &WrittenLog, files: &mut Files, random: &mut Rng) {
             let (mut text, key) = (Vec::new(), ChainKey::default());
             let start = Digest256::default();
             let chain = line::write(&mut text, line::HEADER, &header, &start, &key).unwrap();
-            let forged = record(log.newest + 1, "forged", State::Normal);
+            let forged = record(log.newest + 1, "forged", AlarmState::Normal);
             line::write(&mut text, line::NEWS, &forged, &chain, &key).unwrap();
             if random.bool() {
                 files.clear();
@@ -276,7 +276,7 @@ fn no_byte_is_destroyed_and_every_change_is_found() {
             check_kept(&files, &storage.files(), &told);
             kept += 1;
         }
-        writer.stage(vec![record(found.last_number + 1, "after", State::Unacknowledged)]);
+        writer.stage(vec![record(found.last_number + 1, "after", AlarmState::Unacknowledged)]);
         let _ = writer.write_staged();
         storage.set_free(None);
         writer.write_staged().unwrap();

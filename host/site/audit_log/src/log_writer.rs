@@ -8,7 +8,8 @@ use std::fs::{DirBuilder, File};
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
 
-use busbar_alarms::{AlarmRecord, State};
+use busbar_alarms::AlarmRecord;
+use busbar_types::AlarmState;
 use rustix::fs::{FlockOperation, flock};
 
 use crate::anchor::{self, Anchor, AnchorState};
@@ -213,7 +214,7 @@ impl LogWriter {
         self.unwritten = None;
         for record in self.staged.drain(..count) {
             self.last_number = self.last_number.max(record.number);
-            if record.to == State::Normal {
+            if record.to == AlarmState::Normal {
                 self.open.remove(&record.alarm);
             } else {
                 self.open.insert(record.alarm.clone(), record.clone());

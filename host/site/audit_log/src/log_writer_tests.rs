@@ -22,7 +22,7 @@ pub(crate) fn record(number: u64, alarm: &str, to: State) -> AlarmRecord {
         operator: Some("Ö. Operator".into()),
         value: None,
         source_time: None,
-        origin: busbar_tags::Origin::LIVE,
+        origin: busbar_types::Origin::LIVE,
         is_assumed: false,
         reason: None,
         is_first_out: false,

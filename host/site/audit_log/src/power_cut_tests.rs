@@ -3,7 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use busbar_alarms::{AlarmRecord, State};
+use busbar_alarms::AlarmRecord;
+use busbar_types::AlarmState;
 use fastrand::Rng;
 
 use crate::RecoveredLog;
@@ -31,7 +32,7 @@ fn state(anchor: Option<&Anchor>) -> AnchorState {
 }
 
 fn random_record(number: u64, random: &mut Rng) -> AlarmRecord {
-    let to = if random.bool() { State::Unacknowledged } else { State::Normal };
+    let to = if random.bool() { AlarmState::Unacknowledged } else { AlarmState::Normal };
     record(number, &random.u64(..ALARMS).to_string(), to)
 }
 
@@ -85,7 +86,7 @@ fn logged(files: &BTreeMap<String, Vec<u8>>) -> BTreeSet<u64> {
 fn open_after(records: &[AlarmRecord]) -> BTreeMap<String, AlarmRecord> {
     let mut open = BTreeMap::new();
     records.iter().for_each(|record| drop(open.insert(record.alarm.clone(), record.clone())));
-    open.retain(|_, record| record.to != State::Normal);
+    open.retain(|_, record| record.to != AlarmState::Normal);
     open
 }
 
@@ -173,7 +174,7 @@ fn check_cut(
         assert_eq!(odd, None, "{told}: {:?}", before.keys());
     }
     check_kept(&before, &storage.files(), told);
-    writer.stage(vec![record(last_number + 1, "after", State::Unacknowledged)]);
+    writer.stage(vec![record(last_number + 1, "after", AlarmState::Unacknowledged)]);
     writer.write_staged().unwrap();
     check_kept(&before, &storage.files(), told);
     let anchor = AnchorState::Found(writer.anchor().unwrap());

@@ -13,13 +13,11 @@ use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
 use busbar_alarms::{
-    Action, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition,
-    Priority, State, TagCondition,
+    AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, Condition, TagCondition,
 };
 use busbar_audit_log::{AuditLog, AuditLogOptions, verify};
-use busbar_tags::{
-    Moment, Quality, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
-};
+use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
+use busbar_types::{AlarmAction, AlarmState, Priority, Quality, Value, ValueKind};
 use fastrand::Rng;
 
 /// Kills in a test run; `BUSBAR_ALARM_KILLS` says otherwise.
@@ -107,8 +105,13 @@ fn walk_until_killed() {
         };
         alarms.step(tags.snapshot(), now, SourceTime(now.0 as i64), &mut take);
         let shelf = Duration::from_millis(dice.u64(1..100));
-        let actions = [Action::Acknowledge, Action::Reset, Action::Shelve(shelf), Action::Unshelve];
-        let service = [Action::RemoveFromService, Action::ReturnToService];
+        let actions = [
+            AlarmAction::Acknowledge,
+            AlarmAction::Reset,
+            AlarmAction::Shelve(shelf),
+            AlarmAction::Unshelve,
+        ];
+        let service = [AlarmAction::RemoveFromService, AlarmAction::ReturnToService];
         let action =
             if dice.u32(..8) == 0 { service[dice.usize(..2)] } else { actions[dice.usize(..4)] };
         if let Ok(record) = alarms.perform(AlarmHandle(dice.u32(..ALARMS)), action, "walker") {
@@ -208,7 +211,7 @@ fn its_claims_outlive_a_process_that_is_killed() {
         // How alarms stand is what the last record of each says.
         let mut open = BTreeMap::new();
         records.into_values().for_each(|record| drop(open.insert(record.alarm.clone(), record)));
-        open.retain(|_, record| record.to != State::Normal);
+        open.retain(|_, record| record.to != AlarmState::Normal);
         assert_eq!(found.open, open, "kill {kill}");
         claimed += claims.len();
     }

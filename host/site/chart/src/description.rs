@@ -1,5 +1,6 @@
 //! Description of a chart by its plugin, with its limits.
 
+use busbar_types::Pattern;
 use serde::{Deserialize, Serialize};
 
 /// Axes of a chart; a binding of the ABI has as many.
@@ -82,21 +83,6 @@ pub struct State {
     pub pattern: Pattern,
     /// True where the state is abnormal; a normal one is drawn grey.
     pub is_abnormal: bool,
-}
-
-/// Pattern of a state, besides its color.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Pattern {
-    /// Plain fill; unbroken lines.
-    #[default]
-    Solid,
-    /// Striped fill; long dashes.
-    Striped,
-    /// Stripes that cross; dashes and dots.
-    Crossed,
-    /// Dotted fill and lines.
-    Dotted,
 }
 
 impl Description {

@@ -1,5 +1,6 @@
 //! Explanation of a record: verdict, tables, evidence and diagrams.
 
+use busbar_types::Severity;
 use serde::{Deserialize, Serialize};
 
 use crate::ChartError;
@@ -50,19 +51,6 @@ pub struct TableRow {
     pub cells: Vec<String>,
     /// Severity of the row.
     pub severity: Severity,
-}
-
-/// Urgency for an operator.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Severity {
-    /// Value is as it should be.
-    #[default]
-    Normal,
-    /// Value is outside the normal.
-    Warning,
-    /// Action is needed now.
-    Alarm,
 }
 
 /// Result of a method.

@@ -5,6 +5,8 @@ mod lines;
 
 pub use axes::date;
 
+use busbar_types::Pattern;
+
 use crate::ParallelCoordinates;
 
 /// Line segment of the chart.
@@ -21,7 +23,7 @@ pub struct Stroke {
     /// Opacity, 0 to 1.
     pub cover: f32,
     /// Pattern of the line, besides its color.
-    pub pattern: crate::Pattern,
+    pub pattern: Pattern,
     /// The record whose line it is part of; [`NO_RECORD`] for none.
     pub record: u32,
 }

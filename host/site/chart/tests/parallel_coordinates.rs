@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use busbar_chart::{
     Action, Axis, BINS, Band, Brush, BrushOperator, Description, Layout, ParallelCoordinates,
-    Pattern, Record, Records, Size, State, bin_edges, bin_index, bin_pairs, nearest,
+    Record, Records, Size, State, bin_edges, bin_index, bin_pairs, nearest,
 };
+use busbar_types::Pattern;
 
 const SIZE: Size = Size { width: 20.0, height: 8.0, depth: 10.0 };
 const DAY: i64 = 86_400_000_000_000;

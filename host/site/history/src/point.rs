@@ -1,6 +1,7 @@
 //! Point of a time series, with a packed form.
 
-use busbar_tags::{Moment, Quality, Value};
+use busbar_tags::Moment;
+use busbar_types::{Quality, Value};
 
 /// A point of a history; it holds until the next.
 #[derive(Clone, Copy, Debug, PartialEq)]

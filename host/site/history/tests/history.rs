@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use busbar_history::{BUCKET, History, MAX_AGE, MAX_FINE_POINTS, MAX_TAGS, Point, PointState};
-use busbar_tags::{Change, Moment, Origin, Quality, Reason, TagHandle, Value};
+use busbar_tags::{Change, Moment, TagHandle};
+use busbar_types::{Origin, Quality, Reason, Value};
 use proptest::prelude::*;
 
 const TAG: TagHandle = TagHandle(3);

@@ -14,10 +14,8 @@ mod overlay_verdict;
 pub use overlay_binding::{MAX_PART_BYTES, OverlayBinding};
 pub use overlay_picture::{
     LegendEntry, MAX_FINDINGS, MAX_LEGEND_ENTRIES, MAX_OVERLAY_EQUIPMENT, OverlayDescription,
-    OverlayLine, OverlayPicture, OverlayState, OverlayTint, Pattern, PictureRules, Severity,
-    max_primitives, max_quantities,
+    OverlayLine, OverlayPicture, OverlayState, OverlayTint, PictureRules, max_primitives,
+    max_quantities,
 };
 pub use overlay_quantity::{Contour, MAX_MECHANISMS, OverlayQuantity, Quantity};
-pub use overlay_verdict::{
-    MAX_BASIS, OverlayVerdict, Verdict, VerdictRating, VerdictSeverity, Verdicts, max_verdicts,
-};
+pub use overlay_verdict::{MAX_BASIS, OverlayVerdict, VerdictRating, Verdicts, max_verdicts};

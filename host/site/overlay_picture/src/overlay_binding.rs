@@ -1,6 +1,7 @@
 //! Bindings of tags to nodes, as overlay plugins get them.
 
-use busbar_tags::{TagHandle, ValueKind};
+use busbar_tags::TagHandle;
+use busbar_types::ValueKind;
 use serde::{Deserialize, Serialize};
 
 /// Bytes of one caption or value.

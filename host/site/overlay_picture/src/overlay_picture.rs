@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use busbar_tags::TagHandle;
+use busbar_types::{Pattern, Severity};
 use serde::{Deserialize, Serialize};
 
 use crate::overlay_binding::MAX_PART_BYTES;
@@ -32,19 +33,6 @@ pub const MAX_FINDINGS: usize = 256;
 const MAX_FINDING_BYTES: usize = 1024;
 /// Bytes of an entry's name.
 const MAX_LEGEND_NAME: usize = 64;
-
-/// Fill pattern of a state, besides its colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Pattern {
-    /// Fill without a pattern.
-    Solid,
-    /// Fill with diagonal stripes.
-    Striped,
-    /// Stripes that cross each other.
-    Crossed,
-    /// Fill with dots only.
-    Dotted,
-}
 
 /// A state that an overlay shows equipment in.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,18 +94,6 @@ impl OverlayDescription {
         }
         self.contour.as_ref().map_or(Ok(()), Contour::check)
     }
-}
-
-/// Urgency for an operator.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Severity {
-    /// Normal condition, drawn in grey.
-    #[default]
-    Normal,
-    /// Outside the normal band.
-    Warning,
-    /// Action is needed now.
-    Alarm,
 }
 
 /// A line of the label at a node.
@@ -285,7 +261,7 @@ pub fn max_quantities(bindings: usize, description: &OverlayDescription) -> usiz
 
 #[cfg(test)]
 mod tests {
-    use busbar_tags::ValueKind;
+    use busbar_types::ValueKind;
 
     use super::*;
 

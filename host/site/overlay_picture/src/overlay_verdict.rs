@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use busbar_tags::TagHandle;
+use busbar_types::Verdict;
 use serde::{Deserialize, Serialize};
 
 use crate::overlay_binding::MAX_PART_BYTES;
@@ -11,51 +12,6 @@ use crate::overlay_binding::MAX_PART_BYTES;
 const MAX_VERDICTS_A_PIECE: usize = 2;
 /// Bindings that all verdicts of a frame may rest on together.
 pub const MAX_BASIS: usize = 1 << 22;
-
-/// Judgment on a piece of equipment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Verdict {
-    /// Equipment is within its limits.
-    Normal,
-    /// Outside its limits, or in a state that needs attention.
-    Abnormal,
-    /// Verdict is not possible.
-    Unknown,
-}
-
-impl Verdict {
-    /// The word for statistics and other programs.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Normal => "normal",
-            Self::Abnormal => "abnormal",
-            Self::Unknown => "unknown",
-        }
-    }
-}
-
-/// Severity of an abnormal verdict, as far as the inputs decide on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum VerdictSeverity {
-    /// Attention is needed, and surely no action now.
-    Warning,
-    /// Attention is needed; the inputs do not decide whether action is.
-    PerhapsAlarm,
-    /// Action is needed now.
-    #[default]
-    Alarm,
-}
-
-impl VerdictSeverity {
-    /// The word for statistics and other programs.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Warning => "warning",
-            Self::PerhapsAlarm => "perhaps_alarm",
-            Self::Alarm => "alarm",
-        }
-    }
-}
 
 /// Verdict on one piece of equipment, without its reason and what it rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,7 @@ mod record;
 
 pub use description::{Column, ColumnType, Description, Kind, ListInfo, RowError};
 pub use list::{List, MAX_BYTES, MAX_ROWS};
-pub use record::{MAX_TEXT_BYTES, Record, Severity};
+pub use record::{MAX_TEXT_BYTES, Record};
 
 /// Rule that records break, in words.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,5 +1,6 @@
 //! A row of a list.
 
+use busbar_types::DefectSeverity;
 use serde::{Deserialize, Serialize};
 
 use crate::{RecordError, is_line};
@@ -8,28 +9,6 @@ use crate::{RecordError, is_line};
 pub const MAX_TEXT_BYTES: usize = 1024;
 /// Bytes counted for a text besides its own.
 const TEXT_OVERHEAD: usize = 32;
-
-/// Severity of a defect in the terms of DL/T 664, which sites use for all defects.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Severity {
-    /// Repair at the next occasion.
-    General,
-    /// Repair soon, and observation until then.
-    Serious,
-    /// Repair at once, urgent.
-    Critical,
-}
-
-impl Severity {
-    /// Returns the word shown to people.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::General => "general",
-            Self::Serious => "serious",
-            Self::Critical => "critical",
-        }
-    }
-}
 
 /// A row of a list.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,7 +20,7 @@ pub struct Record {
     /// Time of the report or of the work, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: Option<i64>,
     /// Severity of a defect; none for other records.
-    pub severity: Option<Severity>,
+    pub severity: Option<DefectSeverity>,
     /// True while something is still to be done.
     pub is_open: bool,
 }

@@ -1,8 +1,7 @@
 //! Rows are found by what equipment is called, the urgent first; nothing breaks the rules.
 
-use busbar_records::{
-    Column, Description, Kind, List, ListInfo, MAX_TEXT_BYTES, Record, RowError, Severity,
-};
+use busbar_records::{Column, Description, Kind, List, ListInfo, MAX_TEXT_BYTES, Record, RowError};
+use busbar_types::DefectSeverity;
 
 fn info(kind: Kind) -> ListInfo {
     ListInfo {
@@ -31,7 +30,8 @@ fn texts<'a>(rows: &[(usize, &'a Record)]) -> Vec<&'a str> {
 #[test]
 fn the_open_come_first_then_the_newest_by_any_id() {
     let mut list = List::new(info(Kind::Business));
-    let severe = Record { severity: Some(Severity::Serious), ..row("=Q1", "f", Some(5), true) };
+    let severe =
+        Record { severity: Some(DefectSeverity::Serious), ..row("=Q1", "f", Some(5), true) };
     list.append(vec![
         row("=Q1", "a", Some(9), false),
         row("2211", "b", Some(3), true),

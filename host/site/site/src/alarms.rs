@@ -11,10 +11,11 @@ mod verdict_alarms;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use busbar_alarms::{Action, AlarmHandle, AlarmRecord, AlarmTable, State};
+use busbar_alarms::{AlarmHandle, AlarmRecord, AlarmTable};
 use busbar_audit_log::{AuditLog, RecoveredLog};
 use busbar_config::AlarmHandlingConfig;
-use busbar_tags::{Change, Moment, Origin, Snapshot, SourceTime, TagSet};
+use busbar_tags::{Change, Moment, Snapshot, SourceTime, TagSet};
+use busbar_types::{AlarmAction, AlarmState, Origin};
 
 pub use self::alarm_listing::{AlarmListing, EquipmentAlarms, EquipmentInAlarm, JudgedAlarmTint};
 pub use self::external_alarms::{ExternalAlarm, ExternalSource, ExternalSources};
@@ -55,7 +56,7 @@ pub struct AlarmService {
     /// True if a host program receives the operator's requests for its alarms.
     has_host: bool,
     /// Requests that the host program has not received yet.
-    host_requests: VecDeque<(AlarmHandle, Action)>,
+    host_requests: VecDeque<(AlarmHandle, AlarmAction)>,
     now: Moment,
     wall_clock: SourceTime,
 }
@@ -65,7 +66,7 @@ struct PendingAction {
     alarm: AlarmHandle,
     number: u64,
     /// The state that is shown till then.
-    before: State,
+    before: AlarmState,
 }
 
 /// Outcome of an operator's action that was not refused.
@@ -244,7 +245,7 @@ impl AlarmService {
     pub(crate) fn act(
         &mut self,
         alarm: AlarmHandle,
-        action: Action,
+        action: AlarmAction,
         operator: &str,
     ) -> Result<ActionOutcome, String> {
         if self.has_host && self.is_mirrored(alarm) {
@@ -260,7 +261,7 @@ impl AlarmService {
     fn perform(
         &mut self,
         alarm: AlarmHandle,
-        action: Action,
+        action: AlarmAction,
         operator: &str,
     ) -> Result<(), String> {
         if self.log.as_ref().is_some_and(|log| !log.keeps_up()) {
@@ -285,7 +286,7 @@ impl AlarmService {
     pub(crate) fn mirror(
         &mut self,
         id: &str,
-        state: State,
+        state: AlarmState,
         until: Option<SourceTime>,
         operator: Option<&str>,
     ) -> Result<(), String> {
@@ -301,7 +302,7 @@ impl AlarmService {
 
     /// Returns the state of a configured alarm that an operator sees, and whether an action still
     /// waits for the disk. Until its record is there, the state before the action is shown.
-    pub fn shown_state(&self, alarm: AlarmHandle, state: State) -> (State, bool) {
+    pub fn shown_state(&self, alarm: AlarmHandle, state: AlarmState) -> (AlarmState, bool) {
         let pending = self.pending.iter().find(|pending| pending.alarm == alarm);
         pending.map_or((state, false), |pending| (pending.before, true))
     }
@@ -334,7 +335,7 @@ impl AlarmService {
     }
 
     /// Returns the state of a configured or external alarm.
-    pub fn state_of(&self, alarm: AlarmHandle) -> Option<State> {
+    pub fn state_of(&self, alarm: AlarmHandle) -> Option<AlarmState> {
         let own = self.table.status(alarm).map(|status| status.state);
         own.or_else(|| Some(self.sources.get(alarm)?.1.alarm.standing().state()))
     }

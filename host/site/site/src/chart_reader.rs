@@ -1,15 +1,14 @@
 //! Reads a plugin's chart beside the frames: a call may take as long as the plugin takes.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
 use busbar_chart::{Description, Explanation, MAX_RECORDS, Records};
 use busbar_plugin_host::{MAX_PAGE_RECORDS, PluginError};
 use busbar_plugin_process::{Plugin, RunningChart};
 
-/// Period of polling for a new revision.
-const POLL_PERIOD: Duration = Duration::from_secs(1);
+use crate::plugin_poller::{PluginPoller, PolledCapability, SharedState, note_fault};
+
 /// Largest number of read attempts while records change.
 const MAX_TRIES: u32 = 5;
 
@@ -34,34 +33,71 @@ pub struct ChartData {
     pub records: Records,
 }
 
+/// Chart of a plugin, with the revision that is known and the question to answer next.
+struct PolledChart {
+    chart: RunningChart,
+    known: Option<u64>,
+    reads: u64,
+    asked: Option<ExplanationRequest>,
+}
+
+/// Chart as it was read, and questions about it.
 #[derive(Default)]
-struct State {
-    ends: bool,
+struct ReadChart {
     wanted: Option<ExplanationRequest>,
     read: Option<ChartData>,
     explained: Option<(ExplanationRequest, Result<Explanation, String>)>,
     fault: Option<String>,
-    /// Number of polls so far.
-    polls: u64,
 }
 
-#[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
-    changed: Condvar,
-}
+impl PolledCapability for PolledChart {
+    const SUBJECT: &'static str = "chart";
+    const PERIOD: Duration = Duration::from_secs(1);
+    type State = ReadChart;
 
-impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
+        let chart = RunningChart::from_plugin(plugin)?;
+        Ok(Self { chart, known: None, reads: 0, asked: None })
+    }
+
+    fn forget(&mut self) {
+        self.known = None;
+    }
+
+    fn poll(&mut self, plugin: &Plugin, shared: &SharedState<ReadChart>) {
+        let read = poll(&self.chart, self.known);
+        shared.with(|state| {
+            let fault = match read {
+                Ok(None) => None,
+                Ok(Some((revision, description, records))) => {
+                    (self.known, self.reads) = (Some(revision), self.reads + 1);
+                    state.read = Some(ChartData { number: self.reads, description, records });
+                    None
+                }
+                Err(fault) => {
+                    self.known = None;
+                    Some(fault)
+                }
+            };
+            note_fault::<Self>(plugin, &mut state.fault, fault);
+        });
+    }
+
+    fn take_request(&mut self, state: &mut ReadChart) -> bool {
+        self.asked = state.wanted.take();
+        self.asked.is_some()
+    }
+
+    fn answer(&mut self, shared: &SharedState<ReadChart>) {
+        let Some(question) = self.asked.take() else { return };
+        let answer = self.chart.explain(&question.equipment, question.unix_nanos);
+        let answer = answer.map_err(|error| error.to_string());
+        shared.with(|state| state.explained = Some((question, answer)));
     }
 }
 
 /// A chart that is read on a thread of its own.
-pub struct ChartReader {
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
-}
+pub struct ChartReader(PluginPoller<PolledChart>);
 
 impl ChartReader {
     /// Starts the thread that reads a plugin's chart.
@@ -69,33 +105,22 @@ impl ChartReader {
     /// # Errors
     /// A plugin without a chart, or no thread.
     pub fn start(plugin: &Plugin) -> Result<Self, PluginError> {
-        let chart = RunningChart::from_plugin(plugin)?;
-        let shared = Arc::new(Shared::default());
-        let (theirs, plugin) = (shared.clone(), plugin.clone());
-        let id = plugin.info().id.clone();
-        let work = move || run(&plugin, &chart, &theirs);
-        let thread = std::thread::Builder::new().name("chart".into()).spawn(work);
-        let thread = thread.map_err(|error| PluginError::Failed {
-            id,
-            settings_at_fault: false,
-            message: format!("no thread can be started to read its chart: {error}"),
-        })?;
-        Ok(Self { shared, thread: Some(thread) })
+        PluginPoller::start(plugin).map(Self)
     }
 
     /// Waits until it was read once, or could not be.
     pub fn wait_for_first(&self, timeout: Duration) {
-        self.wait(timeout, |state| state.polls > 0);
+        self.0.wait_for_first(timeout);
     }
 
     /// Takes the data read since the last call.
     pub fn take(&self) -> Option<ChartData> {
-        self.shared.state().read.take()
+        self.0.with(|state| state.read.take())
     }
 
     /// Returns the fault that keeps the chart from being read.
     pub fn fault(&self) -> Option<String> {
-        self.shared.state().fault.clone()
+        self.0.with(|state| state.fault.clone())
     }
 
     /// Returns the explanation if it is available, and requests it otherwise. Waits at most
@@ -105,92 +130,23 @@ impl ChartReader {
         question: &ExplanationRequest,
         timeout: Duration,
     ) -> Option<Result<Explanation, String>> {
-        let is_it = |state: &State| state.explained.as_ref().is_some_and(|(q, _)| q == question);
-        {
-            let mut state = self.shared.state();
-            if !is_it(&state) && state.wanted.as_ref() != Some(question) {
+        let is_it =
+            |state: &ReadChart| state.explained.as_ref().is_some_and(|(q, _)| q == question);
+        let is_asked = self.0.with(|state| {
+            let is_new = !is_it(state) && state.wanted.as_ref() != Some(question);
+            if is_new {
                 state.wanted = Some(question.clone());
-                self.shared.changed.notify_all();
             }
+            is_new
+        });
+        if is_asked {
+            self.0.wake();
         }
-        self.wait(timeout, is_it);
-        let state = self.shared.state();
-        let answer = state.explained.as_ref().filter(|(asked, _)| asked == question);
-        answer.map(|(_, answer)| answer.clone())
-    }
-
-    fn wait(&self, timeout: Duration, until: impl Fn(&State) -> bool) {
-        let end = Instant::now() + timeout;
-        let mut state = self.shared.state();
-        while !until(&state) {
-            let left = end.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return;
-            }
-            let waited = self.shared.changed.wait_timeout(state, left);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
-        }
-    }
-}
-
-impl Drop for ChartReader {
-    fn drop(&mut self) {
-        self.shared.state().ends = true;
-        self.shared.changed.notify_all();
-        if let Some(thread) = self.thread.take() {
-            // It ends with its call, which has a deadline.
-            let _ = thread.join();
-        }
-    }
-}
-
-fn run(plugin: &Plugin, chart: &RunningChart, shared: &Shared) {
-    let (mut known, mut deaths, mut reads) = (None, 0, 0);
-    let mut next_poll = Instant::now();
-    loop {
-        let wanted = {
-            let state = shared.state();
-            let left = next_poll.saturating_duration_since(Instant::now());
-            let is_idle = |state: &mut State| !state.ends && state.wanted.is_none();
-            let waited = shared.changed.wait_timeout_while(state, left, is_idle);
-            let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
-            if state.ends {
-                return;
-            }
-            state.wanted.take()
-        };
-        if let Some(question) = wanted {
-            let answer = chart.explain(question.equipment.clone(), question.unix_nanos);
-            let answer = answer.map_err(|error| error.to_string());
-            shared.state().explained = Some((question, answer));
-        } else {
-            // What another process counts may be the same by chance.
-            let died = plugin.status().deaths;
-            known = known.filter(|_| died == deaths);
-            deaths = died;
-            let read = poll(chart, known);
-            next_poll = Instant::now() + POLL_PERIOD;
-            let mut state = shared.state();
-            state.polls += 1;
-            match read {
-                Ok(Some((revision, description, records))) => {
-                    (known, reads) = (Some(revision), reads + 1);
-                    state.fault = None;
-                    state.read = Some(ChartData { number: reads, description, records });
-                }
-                Ok(None) => state.fault = None,
-                Err(fault) => {
-                    if state.fault.as_ref() != Some(&fault) {
-                        tracing::error!(
-                            plugin = plugin.name(),
-                            "the chart cannot be read: {fault}"
-                        );
-                    }
-                    (known, state.fault) = (None, Some(fault));
-                }
-            }
-        }
-        shared.changed.notify_all();
+        self.0.wait_until(timeout, is_it);
+        self.0.with(|state| {
+            let answer = state.explained.as_ref().filter(|(asked, _)| asked == question);
+            answer.map(|(_, answer)| answer.clone())
+        })
     }
 }
 

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use busbar_config::OriginConfig;
 use busbar_plugin_host::{ProgramValue, SampleIntake, SampleSink, SourcePolicy, TelemetryTag};
-use busbar_tags::{Moment, Quality, SourceTime, TagHandle, TagSpec, TagTable, Value};
+use busbar_tags::{Moment, SourceTime, TagHandle, TagSpec, TagTable};
+use busbar_types::{Quality, Value};
 
 use crate::definition::SiteDefinition;
 

@@ -18,6 +18,7 @@ mod index_remap;
 mod origin_tracker;
 mod overlay_instance;
 mod pause_monitor;
+mod plugin_poller;
 mod records;
 mod reload;
 mod sample_intake;

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use busbar_config::Config;
 use busbar_history::History;
-use busbar_tags::{Moment, Origin, Snapshot, TagHandle, TagSet};
+use busbar_tags::{Moment, Snapshot, TagHandle, TagSet};
+use busbar_types::Origin;
 
 use crate::definition::SiteDefinition;
 

@@ -9,7 +9,8 @@ use busbar_records::List;
 
 use crate::definition::SiteDefinition;
 use crate::equipment::EquipmentDirectory;
-use poller::RecordPoller;
+use crate::plugin_poller::PluginPoller;
+use poller::{PolledRecords, fault_of, take_lists};
 
 /// The longest that a site which settles waits for the first records.
 const FIRST_READ_TIMEOUT: Duration = Duration::from_secs(20);
@@ -25,7 +26,7 @@ pub struct RecordStore {
 
 /// Records of one plugin.
 struct RecordSource {
-    poller: RecordPoller,
+    poller: PluginPoller<PolledRecords>,
     lists: Vec<List>,
     /// Fault that keeps the records from being read.
     fault: Option<String>,
@@ -37,7 +38,7 @@ impl RecordStore {
         let mut store = Self::default();
         let plugins = site.config.records.iter();
         for plugin in plugins.filter_map(|records| site.plugins.get(&records.plugin)) {
-            let poller = RecordPoller::start(plugin)?;
+            let poller = PluginPoller::start(plugin)?;
             store.sources.push(RecordSource { poller, lists: Vec::new(), fault: None });
         }
         if settles {
@@ -52,7 +53,8 @@ impl RecordStore {
     /// Takes the lists that the pollers have read.
     pub(crate) fn step(&mut self, directory: &dyn EquipmentDirectory) {
         for source in &mut self.sources {
-            let (is_new, fault) = (source.poller.take(&mut source.lists), source.poller.fault());
+            let (is_new, fault) =
+                (take_lists(&source.poller, &mut source.lists), fault_of(&source.poller));
             self.revision += u64::from(is_new || fault != source.fault);
             source.fault = fault;
             if is_new {

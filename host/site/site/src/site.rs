@@ -2,13 +2,12 @@
 
 use std::time::{Duration, SystemTime};
 
-use busbar_alarms::{Action, AlarmFlags, State};
+use busbar_alarms::AlarmFlags;
 use busbar_history::History;
 use busbar_plugin_host::{LinkReport, PluginError, SceneClock, wall_clock};
 use busbar_plugin_process::Plugin;
-use busbar_tags::{
-    EventLog, Moment, Origin, Snapshot, SourceTime, TagHandle, TagSet, TagTable, ValueKind,
-};
+use busbar_tags::{EventLog, Moment, Snapshot, SourceTime, TagHandle, TagSet, TagTable};
+use busbar_types::{AlarmAction, AlarmState, Origin, ValueKind};
 
 use crate::alarms::{ActionOutcome, AlarmService, VerdictValues};
 use crate::chart_reader::ChartReader;
@@ -212,7 +211,7 @@ impl Site {
     pub fn act_on_alarm(
         &mut self,
         alarm: busbar_alarms::AlarmHandle,
-        action: Action,
+        action: AlarmAction,
         operator: &str,
     ) -> Result<ActionOutcome, String> {
         let alarms = self.alarms.as_mut().ok_or_else(|| "there are no alarms".to_owned())?;
@@ -226,7 +225,7 @@ impl Site {
     pub fn act_on_alarm_by_id(
         &mut self,
         id: &str,
-        action: Action,
+        action: AlarmAction,
         operator: &str,
     ) -> Result<(), String> {
         let alarms = self.alarms.as_mut().ok_or_else(|| format!("there is no alarm '{id}'"))?;
@@ -241,7 +240,7 @@ impl Site {
     pub fn mirror_alarm(
         &mut self,
         id: &str,
-        state: State,
+        state: AlarmState,
         until: Option<SourceTime>,
         operator: Option<&str>,
     ) -> Result<(), String> {
@@ -250,7 +249,7 @@ impl Site {
     }
 
     /// Takes the operator's requests for the host program since the last call, by alarm id.
-    pub fn take_alarm_requests(&mut self) -> Vec<(String, Action)> {
+    pub fn take_alarm_requests(&mut self) -> Vec<(String, AlarmAction)> {
         self.alarms.as_mut().map(AlarmService::take_host_requests).unwrap_or_default()
     }
 

@@ -7,8 +7,9 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use busbar_overlay_picture::{OverlayPicture, Severity, Verdict, VerdictSeverity};
-use busbar_tags::{Origin, Quality, Reason, Snapshot, SourceTime, TagHandle, TagSet};
+use busbar_overlay_picture::OverlayPicture;
+use busbar_tags::{Snapshot, SourceTime, TagHandle, TagSet};
+use busbar_types::{Origin, Quality, Reason, Severity, Verdict, VerdictSeverity};
 
 /// Reason of a verdict, or its lack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

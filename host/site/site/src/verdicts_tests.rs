@@ -1,7 +1,8 @@
 use std::time::Duration;
 
 use busbar_overlay_picture::Verdicts;
-use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable, Value, ValueKind};
+use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable};
+use busbar_types::{Value, ValueKind};
 
 use super::*;
 

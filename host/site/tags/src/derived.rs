@@ -3,10 +3,9 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap, HashMap};
 
-use crate::{
-    DoublePoint, Expression, Moment, Origin, Quality, Sample, TagHandle, TagSpec, TagSpecError,
-    TagState, Value, ValueKind,
-};
+use busbar_types::{DoublePoint, Origin, Quality, Value, ValueKind};
+
+use crate::{Expression, Moment, Sample, TagHandle, TagSpec, TagSpecError, TagState};
 
 /// Derived tags of a table in topological order: each after its inputs.
 #[derive(Debug, Default)]

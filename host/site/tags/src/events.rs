@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use crate::{Change, HandleRemap, ValueKind};
+use crate::{Change, HandleRemap};
+use busbar_types::ValueKind;
 
 /// Events that are kept; the oldest go first.
 pub const MAX_EVENTS: usize = 1 << 16;
@@ -27,7 +28,7 @@ impl EventLog {
     /// Records a change of state; changes of measurements are ignored.
     #[inline]
     pub fn note(&mut self, change: &Change) {
-        let kind = change.value.map(crate::Value::kind);
+        let kind = change.value.map(busbar_types::Value::kind);
         if matches!(kind, Some(ValueKind::Bool | ValueKind::DoublePoint)) {
             self.push(change);
         }
@@ -64,7 +65,8 @@ impl EventLog {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Moment, Quality, TagHandle, Value};
+    use crate::{Moment, TagHandle};
+    use busbar_types::{Quality, Value};
 
     #[test]
     fn states_are_kept_in_order_and_measurements_are_not() {
@@ -75,7 +77,7 @@ mod tests {
             quality: Quality::Good,
             source_time: None,
             received: Moment(0),
-            origin: crate::Origin::LIVE,
+            origin: busbar_types::Origin::LIVE,
         };
         log.note(&change(0, Value::F64(1.0)));
         let count = MAX_EVENTS as u32 + 3;

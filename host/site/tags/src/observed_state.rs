@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use busbar_types::{Origin, Quality, Value};
 use serde::{Deserialize, Serialize};
 
-use crate::{Origin, Quality, SourceTime, Value};
+use crate::SourceTime;
 
 /// A tag at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,12 +36,12 @@ pub struct QualityCounts {
 impl QualityCounts {
     /// Counts a tag of this quality.
     pub fn add(&mut self, quality: Quality) {
-        *self.count_mut(quality.rank()) += 1;
+        *self.count_mut(quality.level().code()) += 1;
     }
 
-    /// The count of a quality's rank.
-    pub(crate) fn count_mut(&mut self, rank: u8) -> &mut usize {
-        match rank {
+    /// Returns the count of a quality's level, by its number.
+    pub(crate) fn count_mut(&mut self, level: u8) -> &mut usize {
+        match level {
             0 => &mut self.good,
             1 => &mut self.uncertain,
             _ => &mut self.bad,

@@ -3,7 +3,8 @@
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, PoisonError};
 
-use crate::{Quality, Sample};
+use crate::Sample;
+use busbar_types::Quality;
 
 /// Updates that a backlog holds before it thins itself out.
 pub const MAX_QUEUED_SAMPLES: usize = 1 << 18;
@@ -269,7 +270,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Reason;
+    use busbar_types::Reason;
 
     #[derive(Clone, Copy, Debug, PartialEq)]
     struct TestUpdate {

@@ -2,9 +2,10 @@
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use busbar_types::{Origin, Quality, Value};
 use serde::{Deserialize, Serialize};
 
-use crate::{Moment, Origin, Quality, TagHandle, Value};
+use crate::{Moment, TagHandle};
 
 /// Timestamp of a source: nanoseconds since 1970-01-01 UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -3,8 +3,10 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
+use busbar_types::ValueKind;
+
+use crate::TagHandle;
 use crate::derived::Derivations;
-use crate::{TagHandle, ValueKind};
 
 /// Definition of a tag.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
+use busbar_types::{Origin, Quality, Reason, Value};
+
 use crate::changes::Changes;
+use crate::packed::Packed;
 use crate::tag_state::{
     ColdState, HotState, TagStates, apply_rules, value_quality, value_quality_in_range,
 };
 use crate::timing_wheel::{NO_SLOT, Slot, TimingWheel};
-use crate::value::Packed;
 use crate::{
-    Change, HandleRemap, Moment, Origin, Pause, PauseEvidence, Quality, QualityCounts, Reason,
-    Sample, Snapshot, SourceTime, TagHandle, TagSet, TagState, Value,
+    Change, HandleRemap, Moment, Pause, PauseEvidence, QualityCounts, Sample, Snapshot, SourceTime,
+    TagHandle, TagSet, TagState,
 };
 
 /// The tags of a scene and their last values.

@@ -1,9 +1,10 @@
 use std::time::Duration;
 
+use busbar_types::{DoublePoint, Quality, Reason, Value, ValueKind};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{DoublePoint, Quality, Reason, Scale, TagSpec, Value, ValueKind};
+use crate::{Scale, TagSpec};
 
 const TAG: TagHandle = TagHandle(0);
 const START: Moment = Moment(1 << 40);
@@ -495,7 +496,7 @@ proptest! {
                     let states: Vec<_> = table.snapshot().states().collect();
                     let mut counts = QualityCounts::default();
                     for (tag, state) in states.iter().enumerate() {
-                        *counts.count_mut(state.quality.rank()) += 1;
+                        *counts.count_mut(state.quality.level().code()) += 1;
                         if let Some(age) = state.age {
                             prop_assert!(age <= seconds(freshness[tag]) || !state.quality.is_good());
                         }

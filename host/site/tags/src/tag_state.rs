@@ -1,10 +1,11 @@
 //! State of each tag: last value, quality and times, split into hot and cold parts.
 
+use busbar_types::{DoublePoint, Origin, Quality, Reason, Value, ValueKind};
+
+use crate::packed::Packed;
 use crate::timing_wheel::{NO_SLOT, Slot};
-use crate::value::Packed;
 use crate::{
-    Change, DoublePoint, Moment, Origin, Quality, QualityCounts, Reason, Sample, SourceTime,
-    TagHandle, TagSet, TagSpec, TagState, Value, ValueKind,
+    Change, Moment, QualityCounts, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagState,
 };
 
 const NANOS_PER_MILLISECOND: u64 = 1_000_000;
@@ -88,7 +89,8 @@ impl HotState {
             valid_from: Moment(0),
             freshness_millis: u32::try_from(spec.freshness.as_millis()).unwrap_or(u32::MAX),
             kind: spec.kind,
-            state: Quality::Bad(Reason::NotConnected).rank() | if is_plain { PLAIN } else { 0 },
+            state: Quality::Bad(Reason::NotConnected).level().code()
+                | if is_plain { PLAIN } else { 0 },
             origin: Origin::LIVE,
         }
     }
@@ -257,11 +259,11 @@ impl TagStates {
     /// Counts a tag under the quality that it has at `now`.
     pub(crate) fn count(&mut self, tag: TagHandle, counts: &mut QualityCounts, now: Moment) {
         let (hot, cold) = self.get_mut(tag);
-        let rank = hot.quality(cold.own_quality(), now).rank();
-        if rank != hot.counted() {
+        let level = hot.quality(cold.own_quality(), now).level().code();
+        if level != hot.counted() {
             *counts.count_mut(hot.counted()) -= 1;
-            *counts.count_mut(rank) += 1;
-            hot.state = hot.state & PLAIN | rank;
+            *counts.count_mut(level) += 1;
+            hot.state = hot.state & PLAIN | level;
         }
     }
 

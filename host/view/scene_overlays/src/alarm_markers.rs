@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_site::{AlarmService, EquipmentAlarms};
-use busbar_ui::{AlarmMarker, AlarmPriority};
+use busbar_ui::AlarmMarker;
 
 use crate::equipment_nodes::node_of;
 use crate::labels::{OverlayCamera, top_of};
@@ -18,7 +18,7 @@ pub(crate) fn alarm_markers(
     let of_place = |(equipment, place): &(_, EquipmentAlarms)| {
         Some(AlarmMarker {
             anchor: camera.projection.to_screen(top_of(graph.node(node_of(*equipment))))?,
-            priority: AlarmPriority::ALL[place.priority as usize],
+            priority: place.priority,
             is_unacknowledged: place.is_unacknowledged,
             is_uncertain: place.is_uncertain,
             count: place.count,

@@ -11,7 +11,6 @@ use busbar_chart::{
     Action, Brush, ChartSelection, Explanation, ParallelCoordinates, Shape, Size, nearest,
 };
 use busbar_config::ChartConfig;
-use busbar_overlay_picture::Pattern;
 use busbar_plugin_host::wall_clock;
 use busbar_renderer::{
     MAX_POLYLINE_PARTS, Polylines, RenderError, Renderer, WorldFace, WorldStroke,
@@ -196,14 +195,14 @@ impl SceneChart {
             let node = (*self.nodes.get(one.equipment)?)?;
             let state = self.board.records().all()[one.record].state;
             let state = self.board.description().legend.get(state as usize)?;
-            let pattern = match state.pattern {
-                busbar_chart::Pattern::Solid => Pattern::Solid,
-                busbar_chart::Pattern::Striped => Pattern::Striped,
-                busbar_chart::Pattern::Crossed => Pattern::Crossed,
-                busbar_chart::Pattern::Dotted => Pattern::Dotted,
-            };
             let basis = StateBasis::Record { is_valid: one.state.is_some() };
-            Some(NodeState { node, basis, color: state.color, pattern, legend: None })
+            Some(NodeState {
+                node,
+                basis,
+                color: state.color,
+                pattern: state.pattern,
+                legend: None,
+            })
         })
     }
 

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use busbar_overlay_picture::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::Snapshot;
+use busbar_types::Severity;
 
 use crate::highlight_styles::{self, ALARM, Highlight, NONE, SELECTION, UNKNOWN, WARNING};
 use crate::overlay_layers::{NodeState, OverlayFrame, StateBasis};
@@ -151,11 +151,10 @@ mod tests {
     use std::sync::Arc;
     use std::time::Duration;
 
-    use busbar_overlay_picture::{OverlayTint, Pattern};
+    use busbar_overlay_picture::OverlayTint;
     use busbar_scene::{Placement, Transform};
-    use busbar_tags::{
-        Moment, Quality, Sample, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind,
-    };
+    use busbar_tags::{Moment, Sample, TagHandle, TagSet, TagSpec, TagTable};
+    use busbar_types::{Pattern, Quality, Value, ValueKind};
 
     use super::*;
 

@@ -2,9 +2,9 @@
 //! (`tests/end_to_end/view_tests/tests/greyscale.rs`): abnormal states have patterns, normal ones
 //! are plain.
 
-use busbar_overlay_picture::Pattern;
 use busbar_renderer::highlight_with_pattern;
 use busbar_scene::linear_from_srgb;
+use busbar_types::Pattern;
 
 /// Linear rgb, strength and pattern, as the renderer takes them.
 pub type Highlight = [f32; 4];

@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use busbar_overlay_picture::{OverlayLine, Severity};
+use busbar_overlay_picture::OverlayLine;
 use busbar_scene::{NodeIndex, SceneGraph, SceneNode};
-use busbar_tags::{Origin, Quality, Reason, Snapshot};
+use busbar_tags::Snapshot;
+use busbar_types::{Origin, Quality, Reason, Severity};
 use busbar_ui::{Label, LabelLine, ValueMark};
 use glam::{Vec3, vec3};
 
@@ -166,7 +167,8 @@ mod tests {
     use std::time::Duration;
 
     use busbar_overlay_picture::OverlayPicture;
-    use busbar_tags::{Moment, Sample, TagHandle, TagSet, TagSpec, TagTable, Value, ValueKind};
+    use busbar_tags::{Moment, Sample, TagHandle, TagSet, TagSpec, TagTable};
+    use busbar_types::{Value, ValueKind};
 
     use super::*;
 

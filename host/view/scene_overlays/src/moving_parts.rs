@@ -7,10 +7,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use busbar_config::EndConfig;
-use busbar_overlay_picture::Pattern;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_scene_loader::{MovingPartKind, MovingPartTable};
 use busbar_tags::Snapshot;
+use busbar_types::Pattern;
 
 use crate::overlay_layers::{NodeState, StateBasis, SwitchPosition};
 
@@ -160,10 +160,8 @@ mod tests {
     use busbar_config::MovingPartConfig;
     use busbar_geometry::{RawPrimitive, weld};
     use busbar_scene::{Model, ModelIndex, ModelNode, Placement, Transform};
-    use busbar_tags::{
-        DoublePoint, Moment, Quality, Sample, TagHandle, TagSet, TagSpec, TagTable, Value,
-        ValueKind,
-    };
+    use busbar_tags::{Moment, Sample, TagHandle, TagSet, TagSpec, TagTable};
+    use busbar_types::{DoublePoint, Quality, Value, ValueKind};
     use glam::{Mat4, Vec3};
 
     use super::*;

@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use busbar_overlay_picture::{
     LegendEntry, OverlayDescription, OverlayLine, OverlayPicture, OverlayQuantity, OverlayTint,
-    Pattern, Quantity,
+    Quantity,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_site::{JudgedAlarmTint, LATE_DISPLAY, OverlayInstance, Site};
 use busbar_tags::TagHandle;
+use busbar_types::Pattern;
 use busbar_ui::{LayerRow, LegendRow};
 
 use crate::contour;
@@ -358,12 +359,7 @@ fn legend_rows(entries: &[LegendEntry]) -> Arc<[LegendRow]> {
     let entry = |entry: &LegendEntry| LegendRow {
         name: entry.name.clone(),
         color: entry.color,
-        pattern: match entry.pattern {
-            Pattern::Solid => busbar_ui::Pattern::Solid,
-            Pattern::Striped => busbar_ui::Pattern::Striped,
-            Pattern::Crossed => busbar_ui::Pattern::Crossed,
-            Pattern::Dotted => busbar_ui::Pattern::Dotted,
-        },
+        pattern: entry.pattern,
     };
     entries.iter().map(entry).collect()
 }

@@ -1,7 +1,8 @@
 //! Positions of switches to flags on the screen.
 
 use busbar_scene::SceneGraph;
-use busbar_tags::{Origin, Snapshot};
+use busbar_tags::Snapshot;
+use busbar_types::Origin;
 use busbar_ui::{SwitchState, SwitchSymbol};
 
 use crate::labels::OverlayCamera;

@@ -13,7 +13,8 @@ use busbar_alarms::{AlarmHandle, AlarmSet};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_site::{ActionOutcome, AlarmService, EquipmentInAlarm, EquipmentNumber, Site};
 use busbar_tags::Moment;
-use busbar_ui::{AlarmAction, AlarmList};
+use busbar_types::AlarmAction;
+use busbar_ui::AlarmList;
 
 pub(crate) use self::rows::AlarmListRows;
 use busbar_scene_loader::LoadedScene;

@@ -5,12 +5,10 @@ use std::time::Duration;
 
 use busbar_alarms::AlarmHandle;
 use busbar_history::{History, Point, PointState};
-use busbar_overlay_picture::{Severity, Verdict};
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_site::{OriginInterval, Site, VerdictText};
-use busbar_tags::{
-    HandleRemap, Moment, Origin, Quality, Reason, Snapshot, SourceTime, TagHandle, TagState,
-};
+use busbar_tags::{HandleRemap, Moment, Snapshot, SourceTime, TagHandle, TagState};
+use busbar_types::{Origin, Quality, Reason, Severity, Verdict};
 use busbar_ui::{
     Faceplate, FaceplateState, FaceplateValue, LegendRow, Trend, TrendOrigin, TrendPoint,
     TrendState, ValueMark,
@@ -318,7 +316,7 @@ fn verdict_state(layer: &str, place: Option<String>, verdict: &VerdictText<'_>) 
     };
     FaceplateState {
         layer: layer.to_owned(),
-        state: LegendRow { name, color, pattern: busbar_ui::Pattern::Solid },
+        state: LegendRow { name, color, pattern: busbar_types::Pattern::Solid },
         place,
         mark: match verdict.verdict {
             Verdict::Unknown => ValueMark::Bad { reason: verdict.reason.clone().into_owned() },

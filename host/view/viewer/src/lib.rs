@@ -42,8 +42,6 @@ mod view_renderer;
 mod view_target;
 mod viewer;
 
-/// The states of an alarm, by the letters of IEC 62682.
-pub use busbar_alarms::State as AlarmState;
 pub use busbar_renderer::{
     Picture, Quality, RenderError, RendererOptions, SectionPlane, WindowHandles,
 };
@@ -51,7 +49,9 @@ pub use busbar_renderer::{
 pub use busbar_scene_overlays::highlight_styles;
 pub use busbar_scene_overlays::{ChartAxisStats, ChartEvidence, ChartStats};
 pub use busbar_site::{HostTagValue, OverlayVerdicts, VerdictText};
-pub use busbar_ui::{AlarmAction, ChartCommand};
+/// States of alarms, and actions on them (IEC 62682).
+pub use busbar_types::{AlarmAction, AlarmState};
+pub use busbar_ui::ChartCommand;
 pub use error::ViewError;
 pub use frame_statistics::FrameStageMillis;
 pub use freed_memory::set_memory_release;

@@ -1,10 +1,11 @@
 //! The state of the view as the panels show it.
 
-use busbar_overlay_picture::{OverlayLine, Severity};
+use busbar_overlay_picture::OverlayLine;
 use busbar_plugin_host::{LinkReport, LinkState};
 use busbar_plugin_process::{PluginState, PluginStatus};
 use busbar_site::PluginHealth;
-use busbar_tags::{Origin, Snapshot, TagHandle, Value};
+use busbar_tags::{Snapshot, TagHandle};
+use busbar_types::{Origin, Severity, Value};
 use busbar_ui::{LinkIndicator, PluginRow, TagRow, TagRows};
 
 use crate::tag_filter::TagFilter;

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use busbar_alarms::Priority;
 use busbar_plugin_host::LinkReport;
 use busbar_renderer::FrameStats;
 use busbar_scene_loader::LoadMillis;
 use busbar_scene_overlays::ChartStats;
 use busbar_site::{AlarmService, PluginHealth};
-use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState, Value};
+use busbar_tags::{QualityCounts, Snapshot, TagSet, TagSpec, TagState};
+use busbar_types::{Priority, Value};
 use busbar_ui::{CameraMode, Faceplate, RecordRow, RecordSection};
 use serde::Serialize;
 
@@ -240,7 +240,7 @@ pub(crate) fn faceplate(shown: &Faceplate) -> FaceplateStats {
 
 fn records(shown: &RecordSection) -> RecordStats {
     let row = |row: &RecordRow| {
-        let severity = row.severity.map_or("", |severity| severity.word());
+        let severity = row.severity.map_or("", |severity| severity.name());
         let state = if row.is_open { "open" } else { "closed" };
         let place = row.place.as_deref().unwrap_or_default();
         let head = [place, severity, state, &row.when].map(str::to_owned);

@@ -2,17 +2,16 @@
 
 use std::collections::HashMap;
 
-use busbar_alarms::{AlarmFlags, AlarmHandle, State};
-use busbar_plugin_host::Verdict;
+use busbar_alarms::{AlarmFlags, AlarmHandle};
 use busbar_protocol::message::{
-    AlarmSnapshot, CameraPose, EquipmentVerdict, TagOrigin, TagQuality, TagSnapshot,
-    VerdictSnapshot, ViewerMessage,
+    AlarmSnapshot, CameraPose, EquipmentVerdict, TagSnapshot, VerdictSnapshot, ViewerMessage,
 };
-use busbar_tags::{Origin, Quality, SourceTime};
+use busbar_tags::SourceTime;
+use busbar_types::{Origin, Quality, Verdict};
 
 use busbar_viewer::{ChangedAlarm, Viewer};
 
-use crate::wire_types::{alarm_action_message, camera_pose_message};
+use crate::wire_types::{alarm_request, camera_pose_message};
 
 /// Largest number of quality changes reported a frame; further ones follow in later frames.
 const MAX_QUALITIES_A_FRAME: usize = 4096;
@@ -75,7 +74,7 @@ impl ChangeReporter {
             let ChangedAlarm { alarm, state, standing, since, origin, reason } = changed;
             ViewerMessage::Alarm(AlarmSnapshot {
                 alarm,
-                state: state_number(state),
+                state,
                 since: since.0,
                 standing: serde_json::to_string(&standing).unwrap_or_default(),
                 origins: origins(origin),
@@ -84,8 +83,7 @@ impl ChangeReporter {
         }));
         for (alarm, action) in viewer.take_alarm_requests() {
             events.extend(
-                alarm_action_message(action)
-                    .map(|action| ViewerMessage::AlarmRequested { alarm, action }),
+                alarm_request(action).map(|action| ViewerMessage::AlarmRequested { alarm, action }),
             );
         }
     }
@@ -157,34 +155,13 @@ impl ChangeReporter {
             let id = viewer.tag_id(busbar_tags::TagHandle(index as u32)).unwrap_or_default();
             events.push(ViewerMessage::Quality(TagSnapshot {
                 tag: id.to_owned(),
-                origins: origins(state.origin),
-                quality: match state.quality {
-                    Quality::Good => TagQuality::Good,
-                    Quality::Uncertain(_) => TagQuality::Uncertain,
-                    Quality::Bad(_) => TagQuality::Bad,
-                },
+                origin: state.origin,
+                quality: state.quality.level(),
                 reason: state.quality.reason().map_or_else(String::new, |r| r.to_string()),
             }));
         }
         self.next_tag = 0;
     }
-}
-
-/// Lists the origins that are set.
-fn origins(origin: Origin) -> Vec<TagOrigin> {
-    let all = [
-        (Origin::SUBSTITUTED, TagOrigin::Substituted),
-        (Origin::TEST, TagOrigin::Test),
-        (Origin::SIMULATED, TagOrigin::Simulated),
-        (Origin::RECORDED, TagOrigin::Recorded),
-        (Origin::HISTORICAL, TagOrigin::Historical),
-    ];
-    all.into_iter().filter_map(|(bit, events)| origin.contains(bit).then_some(events)).collect()
-}
-
-/// Returns the number of a state: 0 for A of IEC 62682.
-fn state_number(state: State) -> u8 {
-    State::ALL.iter().position(|other| *other == state).unwrap_or(0) as u8
 }
 
 /// Parses the standings that a previous viewer reported; unreadable ones are skipped.

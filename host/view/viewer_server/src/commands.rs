@@ -1,6 +1,5 @@
 //! Execution of host commands on the view.
 
-use busbar_alarms::State;
 use busbar_protocol::message::Command;
 
 use busbar_viewer::Viewer;
@@ -43,7 +42,6 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
             viewer.act_on_alarm(&alarm, alarm_action(action), &operator)
         }
         Command::MirrorAlarm { alarm, state } => {
-            let state = State::ALL.get(usize::from(state)).copied().unwrap_or(State::Normal);
             let mirrored = viewer.mirror_alarm(&alarm, state, None, None);
             mirrored.map_err(|error| error.to_string())
         }

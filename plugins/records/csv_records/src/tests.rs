@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::testing::host;
-use busbar_plugin_sdk::{Plugin, RecordList, RecordSeverity, Records};
+use busbar_plugin_sdk::{DefectSeverity, Plugin, RecordList, Records};
 use serde_json::json;
 
 use crate::{CsvRecords, Settings};
@@ -72,7 +72,7 @@ fn rows_are_read_with_time_state_and_severity_and_read_again_when_the_file_chang
         (leak.equipment.as_str(), &leak.cells[..]),
         ("=Q1-QA1", &["1".to_owned(), "SF6 leak, pole 2".into()][..])
     );
-    assert_eq!((leak.is_open, leak.severity), (true, Some(RecordSeverity::Critical)));
+    assert_eq!((leak.is_open, leak.severity), (true, Some(DefectSeverity::Critical)));
     assert_eq!((paint.is_open, paint.severity), (false, None));
     assert!(leak.unix_nanos > paint.unix_nanos);
     assert_eq!(list.as_of_unix_nanos, Some(1_700_000_000_000_000_000));

@@ -139,18 +139,6 @@
 // on several bindings is named once for each, one after the other.
 #define BUSBAR_OVERLAY_STATE 3
 
-// Pattern of a plain colour.
-#define BUSBAR_PATTERN_SOLID 0
-
-// Pattern of diagonal stripes.
-#define BUSBAR_PATTERN_STRIPED 1
-
-// Pattern: stripes that cross.
-#define BUSBAR_PATTERN_CROSSED 2
-
-// Pattern of regular dots.
-#define BUSBAR_PATTERN_DOTTED 3
-
 // Quantity: the position of a switch. `value` is the share of its way that it has travelled
 // from open (0) to closed (1), in between while it travels; NaN where what is reported
 // contradicts itself. `other` is the index of the mechanism.
@@ -162,24 +150,6 @@
 
 // Quantity: a level of the contour, in its unit. `other` is zero.
 #define BUSBAR_QUANTITY_LEVEL 3
-
-// Severity of the normal state; grey.
-#define BUSBAR_SEVERITY_NORMAL 0
-
-// Severity: outside the normal band.
-#define BUSBAR_SEVERITY_WARNING 1
-
-// Severity: needs action now.
-#define BUSBAR_SEVERITY_ALARM 2
-
-// Verdict: within its limits.
-#define BUSBAR_VERDICT_NORMAL 1
-
-// Verdict: outside its limits, or in a state that needs attention.
-#define BUSBAR_VERDICT_ABNORMAL 2
-
-// Verdict: not to be judged, for the reason given.
-#define BUSBAR_VERDICT_UNKNOWN 3
 
 // Flag of a verdict: it rests on a default of the plugin, which the reason names.
 #define BUSBAR_VERDICT_ASSUMED 1
@@ -213,56 +183,8 @@
 // Time of a row that has none.
 #define BUSBAR_RECORD_NO_TIME INT64_MIN
 
-// Severity of a row that is no defect, or of which that is not known.
-#define BUSBAR_RECORD_NO_SEVERITY 0
-
-// Severity of a defect to be mended when there is occasion.
-#define BUSBAR_RECORD_GENERAL 1
-
-// Severity of a defect to be mended soon, and watched until then.
-#define BUSBAR_RECORD_SERIOUS 2
-
-// Severity of a defect to be mended at once.
-#define BUSBAR_RECORD_CRITICAL 3
-
 // Flag of an open row: something is still to be done.
 #define BUSBAR_RECORD_OPEN 1
-
-// Shape of a constant at the base.
-#define BUSBAR_SHAPE_CONSTANT 0
-
-// Shape of a sine about the base.
-#define BUSBAR_SHAPE_SINE 1
-
-// Shape of a smooth random walk about the base.
-#define BUSBAR_SHAPE_WALK 2
-
-// Shape of levels about the base, or positions of a switch, each held for a period.
-#define BUSBAR_SHAPE_STEPS 3
-
-// Shape of a counter: one more each period, from the base to base and amplitude, then anew.
-#define BUSBAR_SHAPE_COUNTER 4
-
-// Fault of a lost link: connections end, and new ones are refused.
-#define BUSBAR_FAULT_LINK_LOSS 1
-
-// Fault of a slow device: every answer is delayed, but within the deadline.
-#define BUSBAR_FAULT_SLOW 2
-
-// Fault of half-open connections, through which no bytes come.
-#define BUSBAR_FAULT_HALF_OPEN 4
-
-// Fault of connections that are reset, again and again.
-#define BUSBAR_FAULT_RESET 8
-
-// Fault of random bytes instead of answers.
-#define BUSBAR_FAULT_GARBAGE 16
-
-// Fault of answers after the client's deadline.
-#define BUSBAR_FAULT_LATE 32
-
-// Fault of a wrong device clock.
-#define BUSBAR_FAULT_CLOCK_JUMP 64
 
 // Capacity of the text of a [`BusbarSimulatorStatus`], bytes.
 #define BUSBAR_SIMULATOR_MESSAGE_CAPACITY 512
@@ -272,6 +194,29 @@
 
 // Event kind: the tag follows its own shape again.
 #define BUSBAR_EVENT_RELEASE 1
+
+// Sample flag of a buffered sample: a buffered report, a stored or a historical value. Source time
+// orders such samples; all others count in the order of their arrival, whatever their source time.
+#define BUSBAR_SAMPLE_BUFFERED (1 << 0)
+
+// Sample flag of a promised source time that is missing or unreadable. A good value becomes
+// uncertain (source time).
+#define BUSBAR_SAMPLE_TIME_UNUSABLE (1 << 1)
+
+// Source timestamp of a sample whose source gives none.
+#define BUSBAR_NO_TIME INT64_MIN
+
+// Link state of a plugin that has not tried to connect yet.
+#define BUSBAR_LINK_IDLE 0
+
+// Link state of a plugin that connects or waits to try again.
+#define BUSBAR_LINK_CONNECTING 1
+
+// Link state of a connected plugin.
+#define BUSBAR_LINK_UP 2
+
+// Link state of a plugin whose link is down.
+#define BUSBAR_LINK_DOWN 3
 
 // Value kind of a sample without a value: it sets the quality only.
 #define BUSBAR_VALUE_NONE 0
@@ -326,14 +271,6 @@
 // impossible.
 #define BUSBAR_REASON_SOURCE_TIME 8
 
-// Sample flag of a buffered sample: a buffered report, a stored or a historical value. Source time
-// orders such samples; all others count in the order of their arrival, whatever their source time.
-#define BUSBAR_SAMPLE_BUFFERED (1 << 0)
-
-// Sample flag of a promised source time that is missing or unreadable. A good value becomes
-// uncertain (source time).
-#define BUSBAR_SAMPLE_TIME_UNUSABLE (1 << 1)
-
 // Origin of a value that a person or program substituted for the measured one.
 #define BUSBAR_ORIGIN_SUBSTITUTED (1 << 2)
 
@@ -349,20 +286,83 @@
 // Origin of a value that its source calls historical.
 #define BUSBAR_ORIGIN_HISTORICAL (1 << 6)
 
-// Source timestamp of a sample whose source gives none.
-#define BUSBAR_NO_TIME INT64_MIN
+// Pattern of a plain colour.
+#define BUSBAR_PATTERN_SOLID 0
 
-// Link state of a plugin that has not tried to connect yet.
-#define BUSBAR_LINK_IDLE 0
+// Pattern of diagonal stripes.
+#define BUSBAR_PATTERN_STRIPED 1
 
-// Link state of a plugin that connects or waits to try again.
-#define BUSBAR_LINK_CONNECTING 1
+// Pattern: stripes that cross.
+#define BUSBAR_PATTERN_CROSSED 2
 
-// Link state of a connected plugin.
-#define BUSBAR_LINK_UP 2
+// Pattern of regular dots.
+#define BUSBAR_PATTERN_DOTTED 3
 
-// Link state of a plugin whose link is down.
-#define BUSBAR_LINK_DOWN 3
+// Severity of the normal state; grey.
+#define BUSBAR_SEVERITY_NORMAL 0
+
+// Severity: outside the normal band.
+#define BUSBAR_SEVERITY_WARNING 1
+
+// Severity: needs action now.
+#define BUSBAR_SEVERITY_ALARM 2
+
+// Verdict: within its limits.
+#define BUSBAR_VERDICT_NORMAL 1
+
+// Verdict: outside its limits, or in a state that needs attention.
+#define BUSBAR_VERDICT_ABNORMAL 2
+
+// Verdict: not to be judged, for the reason given.
+#define BUSBAR_VERDICT_UNKNOWN 3
+
+// Severity of a row that is no defect, or of which that is not known.
+#define BUSBAR_RECORD_NO_SEVERITY 0
+
+// Severity of a defect to be mended when there is occasion.
+#define BUSBAR_RECORD_GENERAL 1
+
+// Severity of a defect to be mended soon, and watched until then.
+#define BUSBAR_RECORD_SERIOUS 2
+
+// Severity of a defect to be mended at once.
+#define BUSBAR_RECORD_CRITICAL 3
+
+// Shape of a constant at the base.
+#define BUSBAR_SHAPE_CONSTANT 0
+
+// Shape of a sine about the base.
+#define BUSBAR_SHAPE_SINE 1
+
+// Shape of a smooth random walk about the base.
+#define BUSBAR_SHAPE_WALK 2
+
+// Shape of levels about the base, or positions of a switch, each held for a period.
+#define BUSBAR_SHAPE_STEPS 3
+
+// Shape of a counter: one more each period, from the base to base and amplitude, then anew.
+#define BUSBAR_SHAPE_COUNTER 4
+
+// Fault of a lost link: connections end, and new ones are refused.
+#define BUSBAR_FAULT_LINK_LOSS 1
+
+// Fault of a slow device: every answer is delayed, but within the deadline.
+#define BUSBAR_FAULT_SLOW 2
+
+// Fault of half-open connections, through which no bytes come.
+#define BUSBAR_FAULT_HALF_OPEN 4
+
+// Fault of connections that are reset, again and again.
+#define BUSBAR_FAULT_RESET 8
+
+// Fault of random bytes instead of answers.
+#define BUSBAR_FAULT_GARBAGE 16
+
+// Fault of answers after the client's deadline.
+#define BUSBAR_FAULT_LATE 32
+
+// Fault of a wrong device clock.
+#define BUSBAR_FAULT_CLOCK_JUMP 64
 
 // Result of a call: [`BUSBAR_OK`] or one of the codes below it.
 typedef int32_t BusbarStatus;

@@ -51,6 +51,7 @@ mod overlay;
 mod records;
 mod simulator;
 mod telemetry;
+mod vocabulary;
 
 pub use alarms::*;
 pub use chart::*;
@@ -62,6 +63,7 @@ pub use overlay::*;
 pub use records::*;
 pub use simulator::*;
 pub use telemetry::*;
+pub use vocabulary::*;
 
 /// Ids of all capabilities, with the names that the header has for ids and function tables. The
 /// header, and what the host knows of capabilities, come from this list.

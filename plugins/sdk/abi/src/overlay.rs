@@ -75,15 +75,6 @@ pub const BUSBAR_OVERLAY_TINT: u32 = 2;
 /// on several bindings is named once for each, one after the other.
 pub const BUSBAR_OVERLAY_STATE: u32 = 3;
 
-/// Pattern of a plain colour.
-pub const BUSBAR_PATTERN_SOLID: u32 = 0;
-/// Pattern of diagonal stripes.
-pub const BUSBAR_PATTERN_STRIPED: u32 = 1;
-/// Pattern: stripes that cross.
-pub const BUSBAR_PATTERN_CROSSED: u32 = 2;
-/// Pattern of regular dots.
-pub const BUSBAR_PATTERN_DOTTED: u32 = 3;
-
 /// A state that an overlay shows equipment in, as the legend has it. Array element.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -181,13 +172,6 @@ pub struct BusbarOverlayQuantity {
     pub value: f64,
 }
 
-/// Severity of the normal state; grey.
-pub const BUSBAR_SEVERITY_NORMAL: u32 = 0;
-/// Severity: outside the normal band.
-pub const BUSBAR_SEVERITY_WARNING: u32 = 1;
-/// Severity: needs action now.
-pub const BUSBAR_SEVERITY_ALARM: u32 = 2;
-
 /// Primitive to draw. Array element.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -210,13 +194,6 @@ pub struct BusbarOverlayPrimitive {
     /// Value text: length, at most 256 bytes.
     pub text_len: u32,
 }
-
-/// Verdict: within its limits.
-pub const BUSBAR_VERDICT_NORMAL: u32 = 1;
-/// Verdict: outside its limits, or in a state that needs attention.
-pub const BUSBAR_VERDICT_ABNORMAL: u32 = 2;
-/// Verdict: not to be judged, for the reason given.
-pub const BUSBAR_VERDICT_UNKNOWN: u32 = 3;
 
 /// Flag of a verdict: it rests on a default of the plugin, which the reason names.
 pub const BUSBAR_VERDICT_ASSUMED: u32 = 1;

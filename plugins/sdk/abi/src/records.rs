@@ -27,15 +27,6 @@ pub const BUSBAR_MAX_RECORD_DESCRIPTION: usize = 4 << 20;
 /// Time of a row that has none.
 pub const BUSBAR_RECORD_NO_TIME: i64 = i64::MIN;
 
-/// Severity of a row that is no defect, or of which that is not known.
-pub const BUSBAR_RECORD_NO_SEVERITY: u32 = 0;
-/// Severity of a defect to be mended when there is occasion.
-pub const BUSBAR_RECORD_GENERAL: u32 = 1;
-/// Severity of a defect to be mended soon, and watched until then.
-pub const BUSBAR_RECORD_SERIOUS: u32 = 2;
-/// Severity of a defect to be mended at once.
-pub const BUSBAR_RECORD_CRITICAL: u32 = 3;
-
 /// Flag of an open row: something is still to be done.
 pub const BUSBAR_RECORD_OPEN: u32 = 1;
 

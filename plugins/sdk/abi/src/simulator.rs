@@ -10,32 +10,6 @@ use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarTagSpec};
 /// Id of the capability.
 pub const SIMULATOR_ID: &str = "busbar.simulator/1-draft";
 
-/// Shape of a constant at the base.
-pub const BUSBAR_SHAPE_CONSTANT: u32 = 0;
-/// Shape of a sine about the base.
-pub const BUSBAR_SHAPE_SINE: u32 = 1;
-/// Shape of a smooth random walk about the base.
-pub const BUSBAR_SHAPE_WALK: u32 = 2;
-/// Shape of levels about the base, or positions of a switch, each held for a period.
-pub const BUSBAR_SHAPE_STEPS: u32 = 3;
-/// Shape of a counter: one more each period, from the base to base and amplitude, then anew.
-pub const BUSBAR_SHAPE_COUNTER: u32 = 4;
-
-/// Fault of a lost link: connections end, and new ones are refused.
-pub const BUSBAR_FAULT_LINK_LOSS: u32 = 1;
-/// Fault of a slow device: every answer is delayed, but within the deadline.
-pub const BUSBAR_FAULT_SLOW: u32 = 2;
-/// Fault of half-open connections, through which no bytes come.
-pub const BUSBAR_FAULT_HALF_OPEN: u32 = 4;
-/// Fault of connections that are reset, again and again.
-pub const BUSBAR_FAULT_RESET: u32 = 8;
-/// Fault of random bytes instead of answers.
-pub const BUSBAR_FAULT_GARBAGE: u32 = 16;
-/// Fault of answers after the client's deadline.
-pub const BUSBAR_FAULT_LATE: u32 = 32;
-/// Fault of a wrong device clock.
-pub const BUSBAR_FAULT_CLOCK_JUMP: u32 = 64;
-
 /// Capacity of the text of a [`BusbarSimulatorStatus`], bytes.
 pub const BUSBAR_SIMULATOR_MESSAGE_CAPACITY: usize = 512;
 

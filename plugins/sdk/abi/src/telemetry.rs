@@ -9,62 +9,12 @@ use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
 /// Id of the capability.
 pub const TELEMETRY_ID: &str = "busbar.telemetry/1-draft";
 
-/// Value kind of a sample without a value: it sets the quality only.
-pub const BUSBAR_VALUE_NONE: u8 = 0;
-/// Value kind of an IEEE 754 double, its bits in `value`.
-pub const BUSBAR_VALUE_F64: u8 = 1;
-/// Value kind of a two's complement 64-bit integer.
-pub const BUSBAR_VALUE_I64: u8 = 2;
-/// Value kind of a single point, 0 or 1.
-pub const BUSBAR_VALUE_BOOL: u8 = 3;
-/// Value kind of a double point: 0 intermediate, 1 off, 2 on, 3 bad state (IEC 60870-5-101,
-/// 7.2.6.2).
-pub const BUSBAR_VALUE_DOUBLE_POINT: u8 = 4;
-
-/// Quality of a usable value.
-pub const BUSBAR_QUALITY_GOOD: u8 = 0;
-/// Quality of a doubtful value.
-pub const BUSBAR_QUALITY_UNCERTAIN: u8 = 1;
-/// Quality of an unusable value.
-pub const BUSBAR_QUALITY_BAD: u8 = 2;
-
-/// Reason of a quality that names none.
-pub const BUSBAR_REASON_NONE: u8 = 0;
-/// Reason of a link to the device that is down.
-pub const BUSBAR_REASON_COMMUNICATION: u8 = 1;
-/// Reason of a device that reports a failed sensor.
-pub const BUSBAR_REASON_SENSOR: u8 = 2;
-/// Reason of a value outside the measuring range.
-pub const BUSBAR_REASON_OUT_OF_RANGE: u8 = 3;
-/// Reason of a device that refused the address, or whose answer does not fit.
-pub const BUSBAR_REASON_CONFIGURATION: u8 = 4;
-/// Reason of a device that is not connected yet.
-pub const BUSBAR_REASON_NOT_CONNECTED: u8 = 5;
-/// Reason of a value that is not a finite number.
-pub const BUSBAR_REASON_NOT_FINITE: u8 = 6;
-/// Reason of a value past its freshness limit. The host alone sets it.
-pub const BUSBAR_REASON_STALE: u8 = 7;
-
-/// Reason of a source timestamp that is missing where one is promised, unreadable, in the future or
-/// impossible.
-pub const BUSBAR_REASON_SOURCE_TIME: u8 = 8;
-
 /// Sample flag of a buffered sample: a buffered report, a stored or a historical value. Source time
 /// orders such samples; all others count in the order of their arrival, whatever their source time.
 pub const BUSBAR_SAMPLE_BUFFERED: u8 = 1 << 0;
 /// Sample flag of a promised source time that is missing or unreadable. A good value becomes
 /// uncertain (source time).
 pub const BUSBAR_SAMPLE_TIME_UNUSABLE: u8 = 1 << 1;
-/// Origin of a value that a person or program substituted for the measured one.
-pub const BUSBAR_ORIGIN_SUBSTITUTED: u8 = 1 << 2;
-/// Origin of a value from a device under test.
-pub const BUSBAR_ORIGIN_TEST: u8 = 1 << 3;
-/// Origin of a value that a simulator made.
-pub const BUSBAR_ORIGIN_SIMULATED: u8 = 1 << 4;
-/// Origin of a value that is replayed from a recording.
-pub const BUSBAR_ORIGIN_RECORDED: u8 = 1 << 5;
-/// Origin of a value that its source calls historical.
-pub const BUSBAR_ORIGIN_HISTORICAL: u8 = 1 << 6;
 
 /// Source timestamp of a sample whose source gives none.
 pub const BUSBAR_NO_TIME: i64 = i64::MIN;

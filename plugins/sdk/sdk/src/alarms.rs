@@ -4,7 +4,7 @@ use busbar_plugin_abi as abi;
 use serde::Serialize;
 
 use crate::boundary::write_json;
-use crate::{Error, Plugin};
+use crate::{Error, Plugin, QualityLevel};
 
 /// Alarms of one report, at most.
 pub const MAX_SOURCE_ALARMS: usize = abi::BUSBAR_MAX_SOURCE_ALARMS;
@@ -41,19 +41,6 @@ pub struct AlarmReport {
     pub alarms: Option<Vec<SourceAlarm>>,
 }
 
-/// Quality of an alarm's state, as its source vouches for it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AlarmQuality {
-    /// State that is reliable.
-    #[default]
-    Good,
-    /// State that may be wrong.
-    Uncertain,
-    /// State that nobody knows.
-    Bad,
-}
-
 /// Alarm with the state that its source gives it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SourceAlarm {
@@ -82,7 +69,7 @@ pub struct SourceAlarm {
     /// Time of the last change of state, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: Option<i64>,
     /// Quality of the alarm's state.
-    pub quality: AlarmQuality,
+    pub quality: QualityLevel,
 }
 
 /// # Safety

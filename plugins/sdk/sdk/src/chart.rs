@@ -106,7 +106,6 @@ pub struct ChartState {
     /// Colour of the state, sRGB.
     pub color: [u8; 3],
     /// Pattern that distinguishes the state where colours do not.
-    #[serde(serialize_with = "pattern_word")]
     pub pattern: Pattern,
     /// Reports whether the state is outside the normal.
     pub is_abnormal: bool,
@@ -146,7 +145,6 @@ pub struct ExplainedRow {
     /// Cells of the row, as many as there are columns.
     pub cells: Vec<String>,
     /// Severity of the row.
-    #[serde(serialize_with = "severity_word")]
     pub severity: Severity,
 }
 
@@ -185,23 +183,6 @@ pub struct DiagramZone {
     pub outline: Vec<[f32; 2]>,
     /// Reports whether the record lies in the zone.
     pub is_hit: bool,
-}
-
-fn pattern_word<S: serde::Serializer>(pattern: &Pattern, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(match pattern {
-        Pattern::Solid => "solid",
-        Pattern::Striped => "striped",
-        Pattern::Crossed => "crossed",
-        Pattern::Dotted => "dotted",
-    })
-}
-
-fn severity_word<S: serde::Serializer>(severity: &Severity, to: S) -> Result<S::Ok, S::Error> {
-    to.serialize_str(match severity {
-        Severity::Normal => "normal",
-        Severity::Warning => "warning",
-        Severity::Alarm => "alarm",
-    })
 }
 
 /// # Safety

@@ -1,46 +1,13 @@
 //! Judgments of overlays on equipment: normal, abnormal, or unknown with a reason.
 
-use busbar_plugin_abi as abi;
+use busbar_types::{Verdict, VerdictSeverity};
 
-/// Judgment on a piece of equipment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// Equipment within its limits.
-    Normal = abi::BUSBAR_VERDICT_NORMAL as isize,
-    /// Equipment outside its limits, or in a state that needs attention.
-    Abnormal = abi::BUSBAR_VERDICT_ABNORMAL as isize,
-    /// Equipment that cannot be judged: nothing known decides.
-    Unknown = abi::BUSBAR_VERDICT_UNKNOWN as isize,
-}
-
-/// Severity of an abnormal verdict, as far as the inputs decide on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum VerdictSeverity {
-    /// Attention is needed, and surely no action now.
-    Warning,
-    /// Attention is needed; the inputs do not decide whether action is.
-    PerhapsAlarm,
-    /// Action is needed now.
-    #[default]
-    Alarm,
-}
-
-impl VerdictSeverity {
-    /// Returns the severity of what is surely an alarm, or is surely none, or neither.
-    pub fn from_bounds(is_alarm: bool, may_be_alarm: bool) -> Self {
-        match (is_alarm, may_be_alarm) {
-            (true, _) => Self::Alarm,
-            (false, true) => Self::PerhapsAlarm,
-            (false, false) => Self::Warning,
-        }
-    }
-
-    pub(crate) fn flag(self) -> u32 {
-        match self {
-            Self::Warning => abi::BUSBAR_VERDICT_WARNING,
-            Self::PerhapsAlarm => abi::BUSBAR_VERDICT_PERHAPS_ALARM,
-            Self::Alarm => 0,
-        }
+/// Returns the bits of a severity among the flags of a verdict.
+pub(crate) fn severity_flag(severity: VerdictSeverity) -> u32 {
+    match severity {
+        VerdictSeverity::Warning => abi::BUSBAR_VERDICT_WARNING,
+        VerdictSeverity::PerhapsAlarm => abi::BUSBAR_VERDICT_PERHAPS_ALARM,
+        VerdictSeverity::Alarm => 0,
     }
 }
 
@@ -111,7 +78,7 @@ mod tests {
             ((false, false), VerdictSeverity::Warning, abi::BUSBAR_VERDICT_WARNING),
         ] {
             let severity = VerdictSeverity::from_bounds(bounds.0, bounds.1);
-            assert_eq!((severity, severity.flag()), (expected, flag), "{bounds:?}");
+            assert_eq!((severity, severity_flag(severity)), (expected, flag), "{bounds:?}");
         }
         let judgment = Judgment::abnormal("hot");
         assert_eq!(judgment.severity, VerdictSeverity::Alarm, "unless it says otherwise");

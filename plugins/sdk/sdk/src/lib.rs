@@ -77,9 +77,13 @@ pub mod units;
 mod value;
 mod worker;
 
-pub use alarms::{
-    AlarmQuality, AlarmReport, Alarms, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm,
+/// Vocabulary that host and plugins share.
+pub use busbar_types::{
+    DefectSeverity, DoublePoint, Pattern, Quality, QualityLevel, Reason, Severity, Value,
+    ValueKind, Verdict,
 };
+
+pub use alarms::{AlarmReport, Alarms, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm};
 pub use chart::{
     Chart, ChartAxis, ChartBand, ChartDescription, ChartRecord, ChartRecords, ChartState, Diagram,
     DiagramZone, Evidence, ExplainedRow, ExplainedTable, Explanation,
@@ -88,19 +92,18 @@ pub use command::{Command, CommandExit, CommandInfo, MAX_CHUNK, Streams};
 pub use error::Error;
 pub use host::{Host, LogLevel};
 pub use huge_pages::on_huge_pages;
-pub use judgment::{Basis, Judgment, Verdict, VerdictSeverity};
+pub use judgment::{Basis, Judgment};
 pub use mesh_optimizer::{Collapse, CollapseList, Mesh, MeshOptimizer, Progress, Wedges};
 pub use notify::{
-    AlarmChange, AlarmNotification, AlarmOrigin, AlarmPriority, AlarmState, MAX_NOTIFY_CHANGES,
-    MAX_NOTIFY_MESSAGE, MAX_NOTIFY_STANDING, NotificationBatch, NotificationReport, Notify,
-    StandingAlarms,
+    AlarmChange, AlarmNotification, AlarmOrigin, MAX_NOTIFY_CHANGES, MAX_NOTIFY_MESSAGE,
+    MAX_NOTIFY_STANDING, NotificationBatch, NotificationReport, Notify, StandingAlarms,
 };
-pub use overlay::{Binding, Canvas, MAX_LINE_TEXT, Overlay, OverlayFrame, Severity, TagValue};
-pub use overlay_description::{Contour, Description, LegendEntry, MAX_FINDINGS, Pattern};
+pub use overlay::{Binding, Canvas, MAX_LINE_TEXT, Overlay, OverlayFrame, TagValue};
+pub use overlay_description::{Contour, Description, LegendEntry, MAX_FINDINGS};
 pub use records::{
     MAX_RECORD_BYTES, MAX_RECORD_COLUMNS, MAX_RECORD_LISTS, MAX_RECORD_ROWS, MAX_RECORD_TEXT,
     Record, RecordColumn, RecordColumnType, RecordKind, RecordList, RecordRowFault, RecordSet,
-    RecordSeverity, Records,
+    Records,
 };
 pub use sample_flags::SampleFlags;
 pub use secret::{MAX_SECRET_BYTES, Secret, SecretText};
@@ -108,7 +111,6 @@ pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};
 pub use state_file::{StateFile, StateFileLayout, StoredState, state_file_fault};
 pub use states::parse_states;
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
-pub use value::{DoublePoint, Quality, Reason, Value, ValueKind};
 pub use worker::{MAX_STOP, StopToken, Worker};
 
 /// Plugin type: its identity, its settings, and the creation of instances.

@@ -5,9 +5,12 @@ use std::time::Duration;
 use busbar_plugin_abi as abi;
 
 use crate::boundary::{checked_mut, checked_ref, copy_out};
-use crate::judgment::{Basis, Judgment, Verdict};
+use busbar_types::Verdict;
+
+use crate::judgment::{Basis, Judgment, severity_flag};
 use crate::overlay_description::Description;
-use crate::{Error, Plugin, Quality, Value, ValueKind};
+use crate::value::{read_quality, read_value};
+use crate::{Error, Plugin, Quality, Severity, Value, ValueKind};
 
 /// Bytes of a caption, and of a value, at most; the canvas cuts longer ones.
 pub const MAX_LINE_TEXT: usize = 256;
@@ -78,11 +81,7 @@ impl TagValue {
 
     /// Returns the last value as a number, whatever its quality.
     pub fn number(&self) -> Option<f64> {
-        let number = match self.value? {
-            Value::F64(value) => value,
-            Value::I64(value) => value as f64,
-            Value::Bool(_) | Value::DoublePoint(_) => return None,
-        };
+        let number = self.value?.as_number()?;
         number.is_finite().then_some(number)
     }
 }
@@ -103,22 +102,11 @@ impl OverlayFrame<'_> {
     /// Returns the values in the order of the bindings.
     pub fn values(&self) -> impl ExactSizeIterator<Item = TagValue> + '_ {
         self.values.iter().map(|raw| TagValue {
-            value: Value::from_abi(raw.kind, raw.value),
-            quality: Quality::from_abi(raw.quality, raw.reason),
+            value: read_value(raw.kind, raw.value),
+            quality: read_quality(raw.quality, raw.reason),
             age: Duration::from_millis(raw.age_millis),
         })
     }
-}
-
-/// Severity of a value or state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// Normal state, drawn grey.
-    Normal,
-    /// Value outside the normal band.
-    Warning,
-    /// Condition that needs action now.
-    Alarm,
 }
 
 /// Output of a frame, written straight into the host's buffers.
@@ -249,7 +237,7 @@ impl Canvas<'_> {
             return Err(Error::buffer(format!("more than {room} verdicts")));
         }
         let assumed = if assumption.is_empty() { 0 } else { abi::BUSBAR_VERDICT_ASSUMED };
-        let severity = if verdict == Verdict::Abnormal { severity.flag() } else { 0 };
+        let severity = if verdict == Verdict::Abnormal { severity_flag(severity) } else { 0 };
         let verdict = abi::BusbarOverlayVerdict {
             equipment: equipment as u32,
             verdict: verdict as u32,
@@ -405,7 +393,7 @@ pub(crate) unsafe fn read_bindings(
         .map(|raw| {
             Ok(Binding {
                 node: raw.node,
-                kind: ValueKind::from_abi(raw.kind)
+                kind: ValueKind::from_code(raw.kind)
                     .ok_or_else(|| Error::argument(format!("unknown value kind {}", raw.kind)))?,
                 limit_low: limit(raw.limit_low),
                 limit_high: limit(raw.limit_high),

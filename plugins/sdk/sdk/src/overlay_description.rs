@@ -2,6 +2,8 @@
 
 use busbar_plugin_abi as abi;
 
+use crate::Pattern;
+
 /// Findings of one configuration that are reported; the last one counts the rest.
 pub const MAX_FINDINGS: usize = 256;
 /// Bytes of one finding, at most; a longer one is cut.
@@ -54,19 +56,6 @@ pub struct LegendEntry {
     pub pattern: Pattern,
 }
 
-/// Pattern of a state beside its colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pattern {
-    /// Pattern of a plain colour.
-    Solid = abi::BUSBAR_PATTERN_SOLID as isize,
-    /// Pattern of parallel stripes.
-    Striped = abi::BUSBAR_PATTERN_STRIPED as isize,
-    /// Pattern of crossing stripes.
-    Crossed = abi::BUSBAR_PATTERN_CROSSED as isize,
-    /// Pattern of regular dots.
-    Dotted = abi::BUSBAR_PATTERN_DOTTED as isize,
-}
-
 /// Description as its ABI struct, with the memory behind its pointers.
 pub(crate) struct RawDescription {
     legend: Vec<abi::BusbarLegendEntry>,
@@ -84,7 +73,7 @@ impl RawDescription {
             let [red, green, blue] = entry.color;
             abi::BusbarLegendEntry {
                 name: abi::BusbarStr::from_borrowed(&entry.name),
-                pattern: entry.pattern as u32,
+                pattern: entry.pattern.code().into(),
                 color: u32::from_be_bytes([0, red, green, blue]),
             }
         };

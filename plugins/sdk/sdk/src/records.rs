@@ -4,7 +4,7 @@ use busbar_plugin_abi as abi;
 use serde::Serialize;
 
 use crate::boundary::{checked_mut, copy_out, write_json};
-use crate::{Error, Plugin};
+use crate::{DefectSeverity, Error, Plugin};
 
 /// Lists of a plugin, at most.
 pub const MAX_RECORD_LISTS: usize = abi::BUSBAR_MAX_RECORD_LISTS;
@@ -116,18 +116,6 @@ pub enum RecordColumnType {
     Date,
 }
 
-/// Severity of a defect, in the words of DL/T 664 for thermography, which sites use for all
-/// defects.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum RecordSeverity {
-    /// Defect to be mended when there is occasion.
-    General,
-    /// Defect to be mended soon, and watched until then.
-    Serious,
-    /// Defect to be mended at once.
-    Critical,
-}
-
 /// Row of a list.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Record {
@@ -138,7 +126,7 @@ pub struct Record {
     /// Time at which the row was reported or done, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: Option<i64>,
     /// Severity, where the row is a defect.
-    pub severity: Option<RecordSeverity>,
+    pub severity: Option<DefectSeverity>,
     /// Reports whether something is still to be done.
     pub is_open: bool,
 }
@@ -241,12 +229,9 @@ impl WrittenRows {
             }
             written.rows.push(abi::BusbarRecordRow {
                 time_unix_nanos: row.unix_nanos.unwrap_or(abi::BUSBAR_RECORD_NO_TIME),
-                severity: match row.severity {
-                    None => abi::BUSBAR_RECORD_NO_SEVERITY,
-                    Some(RecordSeverity::General) => abi::BUSBAR_RECORD_GENERAL,
-                    Some(RecordSeverity::Serious) => abi::BUSBAR_RECORD_SERIOUS,
-                    Some(RecordSeverity::Critical) => abi::BUSBAR_RECORD_CRITICAL,
-                },
+                severity: row
+                    .severity
+                    .map_or(abi::BUSBAR_RECORD_NO_SEVERITY, |severity| severity.code().into()),
                 flags: if row.is_open { abi::BUSBAR_RECORD_OPEN } else { 0 },
             });
         }

@@ -7,9 +7,9 @@
 //! ```
 //! use std::time::{Duration, SystemTime};
 //! use busbar_plugin_sdk::ValueKind;
-//! use busbar_plugin_sdk::simulation::{Behavior, Shape, Signal};
+//! use busbar_plugin_sdk::simulation::{Behavior, SignalShape, Signal};
 //!
-//! let behavior = Behavior::new(Shape::Sine, 60.0, 5.0, Duration::from_secs(600))?;
+//! let behavior = Behavior::new(SignalShape::Sine, 60.0, 5.0, Duration::from_secs(600))?;
 //! let oil = Signal::new(1, "T1.TopOil", ValueKind::F64, behavior)?;
 //! let now = SystemTime::now();
 //! assert_eq!(oil.at(now), Signal::new(1, "T1.TopOil", ValueKind::F64, behavior)?.at(now));
@@ -23,9 +23,11 @@ mod fault;
 mod scenario;
 mod signal;
 
-pub use fault::{ActiveFault, FaultKind, FaultPlan, LinkFault};
+pub use busbar_types::{FaultKind, SignalShape};
+pub(crate) use fault::fault_kinds;
+pub use fault::{ActiveFault, FaultPlan, LinkFault};
 pub use scenario::{Scenario, ScenarioEvent};
-pub use signal::{Behavior, Shape, Signal};
+pub use signal::{Behavior, Signal};
 
 /// Mixes a number into an evenly spread one (SplitMix64: G. L. Steele, D. Lea and C. H. Flood,
 /// "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014).

@@ -7,7 +7,8 @@ use busbar_plugin_abi as abi;
 
 use crate::boundary::{checked_mut, checked_ref, slice};
 use crate::simulation::{
-    Behavior, FaultKind, FaultPlan, LinkFault, Scenario, ScenarioEvent, Shape, Signal,
+    Behavior, FaultKind, FaultPlan, LinkFault, Scenario, ScenarioEvent, Signal, SignalShape,
+    fault_kinds,
 };
 use crate::telemetry::read_spec;
 use crate::{Error, Plugin, TagSpec};
@@ -84,7 +85,7 @@ pub(crate) unsafe fn read_simulation(
     // SAFETY: the host gives a simulation and `count` elements.
     let (simulation, raw) =
         unsafe { (checked_ref(simulation, "start: the simulation")?, slice(tags, count)?) };
-    let kinds = FaultKind::from_abi(simulation.faults)
+    let kinds = fault_kinds(simulation.faults)
         .ok_or_else(|| Error::argument(format!("unknown faults {:#x}", simulation.faults)))?;
     let millis = Duration::from_millis;
     let faults = FaultPlan::new(
@@ -155,7 +156,7 @@ fn scenarios(
 
 fn read_link_faults(raw: &[abi::BusbarLinkFault]) -> Result<Vec<LinkFault>, Error> {
     let read = |fault: &abi::BusbarLinkFault| {
-        let kinds = FaultKind::from_abi(fault.fault);
+        let kinds = fault_kinds(fault.fault);
         let [kind] = kinds.as_deref().unwrap_or_default() else {
             return Err(Error::argument(format!("unknown link fault {:#x}", fault.fault)));
         };
@@ -176,8 +177,8 @@ unsafe fn read_tag(raw: &abi::BusbarSimulatedTag, seed: u64) -> Result<Simulated
     // SAFETY: the caller vouches for the texts.
     let spec = unsafe { read_spec(&raw.spec)? };
     let at = |what: String| Error::argument(format!("tag '{}': {what}", spec.id));
-    let shape =
-        Shape::from_abi(raw.shape).ok_or_else(|| at(format!("unknown shape {}", raw.shape)))?;
+    let shape = SignalShape::from_code(raw.shape)
+        .ok_or_else(|| at(format!("unknown shape {}", raw.shape)))?;
     let period = Duration::try_from_secs_f64(raw.period_seconds)
         .map_err(|_| at(format!("a period of {} s", raw.period_seconds)))?;
     let behavior = Behavior::new(shape, raw.base, raw.amplitude, period)
@@ -198,7 +199,7 @@ pub(crate) unsafe fn write_status(
     let len = status.endpoint.floor_char_boundary(into.message.len());
     into.message[..len].copy_from_slice(&status.endpoint.as_bytes()[..len]);
     into.message_len = len as u32;
-    into.fault = status.fault.map_or(0, FaultKind::to_abi);
+    into.fault = status.fault.map_or(0, FaultKind::bit);
     into.clients = status.clients;
     into.connections = status.connections;
     into.messages = status.messages;

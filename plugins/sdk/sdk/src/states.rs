@@ -23,15 +23,11 @@ pub fn parse_states(
     let parse = |json: &Json| match (kind, json) {
         (ValueKind::Bool, Json::Bool(value)) => Ok(Value::Bool(*value)),
         (ValueKind::Bool, _) => Err("states of a bool tag are true and false"),
-        (ValueKind::DoublePoint, json) => {
-            Ok(Value::DoublePoint(match json.as_str().unwrap_or_default() {
-                "off" => DoublePoint::Off,
-                "on" => DoublePoint::On,
-                "intermediate" => DoublePoint::Intermediate,
-                "bad_state" => DoublePoint::BadState,
-                _ => return Err("states are \"off\", \"on\", \"intermediate\" and \"bad_state\""),
-            }))
-        }
+        (ValueKind::DoublePoint, json) => json
+            .as_str()
+            .and_then(DoublePoint::from_name)
+            .map(Value::DoublePoint)
+            .ok_or("states are \"off\", \"on\", \"intermediate\" and \"bad_state\""),
         _ => Err("states are for bool and double_point tags: remove them"),
     };
     raw.into_iter()

@@ -135,8 +135,8 @@ impl Sample {
     }
 
     fn to_abi(self) -> abi::BusbarSample {
-        let (kind, value) = self.value.map_or((abi::BUSBAR_VALUE_NONE, 0), Value::to_abi);
-        let (quality, reason) = self.quality.to_abi();
+        let (kind, value) = abi::value_codes(self.value);
+        let (quality, reason) = self.quality.codes();
         let mut flags = self.flags;
         let source_time_unix_nanos = self.source_time.map_or(abi::BUSBAR_NO_TIME, |time| {
             unix_nanos(time).unwrap_or_else(|| {
@@ -279,7 +279,7 @@ pub(crate) unsafe fn read_spec(raw: &abi::BusbarTagSpec) -> Result<TagSpec, Erro
     // SAFETY: the caller vouches for the texts.
     let (id, address) =
         unsafe { (crate::boundary::text(raw.id)?, crate::boundary::text(raw.address_json)?) };
-    let kind = ValueKind::from_abi(raw.kind)
+    let kind = ValueKind::from_code(raw.kind)
         .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
     let address = serde_json::from_str(address)
         .map_err(|error| Error::argument(format!("tag '{id}': address: {error}")))?;

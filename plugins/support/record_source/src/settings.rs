@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use busbar_plugin_sdk::{
-    Error, MAX_RECORD_COLUMNS, MAX_RECORD_LISTS, RecordColumn, RecordColumnType, RecordKind,
-    RecordList, RecordSeverity,
+    DefectSeverity, Error, MAX_RECORD_COLUMNS, MAX_RECORD_LISTS, RecordColumn, RecordColumnType,
+    RecordKind, RecordList,
 };
 
 use crate::CellFormats;
@@ -122,11 +122,11 @@ impl OpenSettings {
 }
 
 impl SeveritySettings {
-    pub(crate) fn severity_of(&self, cell: &str) -> Option<RecordSeverity> {
+    pub(crate) fn severity_of(&self, cell: &str) -> Option<DefectSeverity> {
         let words = [
-            (&self.critical, RecordSeverity::Critical),
-            (&self.serious, RecordSeverity::Serious),
-            (&self.general, RecordSeverity::General),
+            (&self.critical, DefectSeverity::Critical),
+            (&self.serious, DefectSeverity::Serious),
+            (&self.general, DefectSeverity::General),
         ];
         words.into_iter().find(|(words, _)| has(words, cell)).map(|(_, severity)| severity)
     }

@@ -31,7 +31,7 @@ pub use rows::{NextRow, RowLimits, Rows};
 pub use state_words::StateWords;
 pub use time_format::{Instant, MAX_YEAR, TimeFormat, TimeReader};
 pub use units::{find_unit, units_conflict};
-pub use words::{NO_VALUE_WORDS, QualityWord, find_quality};
+pub use words::{NO_VALUE_WORDS, find_quality};
 pub use zone::{Resolved, Zone};
 
 /// Characters of a foreign text in a message.

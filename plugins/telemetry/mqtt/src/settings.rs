@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_link::{
     Endpoint, ReconnectBounds, ReconnectSettings, SettingsFaults, TlsFiles, TlsSettings,
 };
-use busbar_plugin_sdk::{Error, Quality, Reason, Secret};
+use busbar_plugin_sdk::{Error, Quality, QualityLevel, Reason, Secret};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -97,7 +97,7 @@ pub struct Settings {
     /// and `bad`.
     #[serde(default)]
     #[schemars(length(max = 100))]
-    qualities: BTreeMap<String, QualityWord>,
+    qualities: BTreeMap<String, QualityLevel>,
     /// Messages that the plugin may send to Sparkplug edge nodes.
     #[serde(default)]
     sparkplug: RawSparkplug,
@@ -158,14 +158,6 @@ pub(crate) enum Retained {
     Good,
     /// Retained messages are left out.
     Ignore,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(rename_all = "lowercase")]
-enum QualityWord {
-    Good,
-    Uncertain,
-    Bad,
 }
 
 fn default_keep_alive() -> u16 {
@@ -298,19 +290,11 @@ fn brokers(
     brokers
 }
 
-fn qualities(words: &BTreeMap<String, QualityWord>) -> BTreeMap<String, Quality> {
-    let quality = |word| match word {
-        QualityWord::Good => Quality::Good,
-        QualityWord::Uncertain => Quality::Uncertain(Reason::Unknown),
-        QualityWord::Bad => Quality::Bad(Reason::Unknown),
-    };
-    let plain = [
-        ("good", QualityWord::Good),
-        ("uncertain", QualityWord::Uncertain),
-        ("bad", QualityWord::Bad),
-    ];
-    let plain = plain.into_iter().map(|(text, word)| (text.to_owned(), quality(word)));
-    plain.chain(words.iter().map(|(text, word)| (text.to_lowercase(), quality(*word)))).collect()
+fn qualities(words: &BTreeMap<String, QualityLevel>) -> BTreeMap<String, Quality> {
+    let quality = |level| Quality::new(level, Reason::Unknown);
+    let plain = [QualityLevel::Good, QualityLevel::Uncertain, QualityLevel::Bad];
+    let plain = plain.into_iter().map(|level| (level.name().to_owned(), quality(level)));
+    plain.chain(words.iter().map(|(text, level)| (text.to_lowercase(), quality(*level)))).collect()
 }
 
 #[cfg(test)]

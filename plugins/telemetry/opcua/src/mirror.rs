@@ -9,8 +9,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use async_opcua::types::{NodeId, StatusCode, Variant};
 use busbar_plugin_sdk::{
-    AlarmQuality, AlarmReport, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, Quality, SourceAlarm,
-    ValueKind,
+    AlarmReport, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm, ValueKind,
 };
 
 use crate::conditions::{Field, Told};
@@ -189,11 +188,7 @@ fn alarm_of(namespaces: &[String], condition: &NodeId, told: &Told<'_>) -> Optio
         is_suppressed: is(Field::SuppressedState) == Some(true),
         is_out_of_service: is(Field::OutOfServiceState) == Some(true),
         unix_nanos: at.and_then(unix_nanos),
-        quality: match quality_of(quality) {
-            Quality::Good => AlarmQuality::Good,
-            Quality::Uncertain(_) => AlarmQuality::Uncertain,
-            Quality::Bad(_) => AlarmQuality::Bad,
-        },
+        quality: quality_of(quality).level(),
     })
 }
 

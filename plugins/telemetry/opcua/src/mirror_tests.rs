@@ -2,6 +2,8 @@
 
 use async_opcua::types::{DateTime, LocalizedText};
 
+use busbar_plugin_sdk::QualityLevel;
+
 use super::*;
 use crate::conditions::{EVENT_FIELDS, place_of};
 
@@ -76,7 +78,7 @@ fn an_event_is_an_alarm_with_all_that_it_says() {
         is_active: true,
         is_unacknowledged: true,
         unix_nanos: Some(TIME_SECONDS * 1_000_000_000),
-        quality: AlarmQuality::Uncertain,
+        quality: QualityLevel::Uncertain,
         ..SourceAlarm::default()
     };
     assert_eq!(alarms, [expected]);

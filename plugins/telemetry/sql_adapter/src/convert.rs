@@ -3,8 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Sample, SampleFlags, Value, ValueKind};
-use text_table::{NumberFormat, QualityWord, TimeFormat, TimeReader, find_quality};
+use busbar_plugin_sdk::{
+    DoublePoint, Quality, QualityLevel, Reason, Sample, SampleFlags, Value, ValueKind,
+};
+use text_table::{NumberFormat, TimeFormat, TimeReader, find_quality};
 
 use crate::cell::Cell;
 use crate::points::Point;
@@ -168,19 +170,18 @@ pub(crate) fn quality_of(cell: &Cell<'_>) -> Result<Quality, String> {
         Cell::Int(_) | Cell::Float(_) => {
             let code = integer(cell).filter(|code| OPC_CODES.contains(code));
             let quality = code.and_then(|code| find_quality(&code.to_string()));
-            quality.map(in_sdk).ok_or_else(|| no_quality(cell))
+            quality.map(with_reason).ok_or_else(|| no_quality(cell))
         }
-        Cell::Text(text) => find_quality(short(text)?).map(in_sdk).ok_or_else(|| no_quality(cell)),
+        Cell::Text(text) => {
+            find_quality(short(text)?).map(with_reason).ok_or_else(|| no_quality(cell))
+        }
         other => Err(no_quality(other)),
     }
 }
 
-fn in_sdk(quality: QualityWord) -> Quality {
-    match quality {
-        QualityWord::Good => Quality::Good,
-        QualityWord::Uncertain => Quality::Uncertain(Reason::Unknown),
-        QualityWord::Bad => Quality::Bad(Reason::Sensor),
-    }
+fn with_reason(level: QualityLevel) -> Quality {
+    let is_bad = level == QualityLevel::Bad;
+    Quality::new(level, if is_bad { Reason::Sensor } else { Reason::Unknown })
 }
 
 fn no_quality(cell: &Cell<'_>) -> String {

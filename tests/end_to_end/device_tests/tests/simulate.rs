@@ -4,7 +4,7 @@ use std::net::{TcpListener, TcpStream};
 use std::process::Command;
 use std::time::{Duration, Instant, SystemTime};
 
-use busbar_plugin_sdk::simulation::{Behavior, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, Signal, SignalShape};
 use busbar_plugin_sdk::{DoublePoint, Value as SimulatedValue, ValueKind};
 use busbar_scene_loader::LoadedScene;
 use busbar_viewer::{RendererOptions, TagStats, Viewer};
@@ -113,11 +113,11 @@ fn simulate(scene: &Scene, more: &[&str]) -> Process {
 
 fn signal((id, _, kind, _, simulate): &Row) -> Signal {
     let shape = match simulate["shape"].as_str() {
-        Some("sine") => Shape::Sine,
-        Some("walk") => Shape::Walk,
-        Some("counter") => Shape::Counter,
-        Some("steps") => Shape::Steps,
-        _ => Shape::Constant,
+        Some("sine") => SignalShape::Sine,
+        Some("walk") => SignalShape::Walk,
+        Some("counter") => SignalShape::Counter,
+        Some("steps") => SignalShape::Steps,
+        _ => SignalShape::Constant,
     };
     let kind = match *kind {
         "f64" => ValueKind::F64,

@@ -10,7 +10,8 @@ use busbar_plugin_process::{
     RunningTelemetry,
 };
 use busbar_scene_loader::LoadedScene;
-use busbar_tags::{Sample, TagHandle, ValueKind};
+use busbar_tags::{Sample, TagHandle};
+use busbar_types::ValueKind;
 use busbar_viewer::{RendererOptions, Viewer};
 use document::Series;
 use e2e::faulty_plugins::FaultyPluginScene;

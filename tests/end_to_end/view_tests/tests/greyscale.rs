@@ -4,12 +4,13 @@
 use std::sync::Arc;
 
 use busbar_geometry::{CollapseSequence, CollapseStacks, RawPrimitive, weld};
-use busbar_plugin_host::{Catalog, Overlay, Pattern};
+use busbar_plugin_host::{Catalog, Overlay};
 use busbar_renderer::{
     CameraView, DrawInstance, Frame, ModelHandle, ModelUpload, OutlineKind, OutlinedObject,
     Picture, Quality, Renderer, RendererOptions,
 };
 use busbar_scene::Material;
+use busbar_types::Pattern;
 use busbar_viewer::highlight_styles::{self, Highlight};
 use e2e::built_folder;
 use glam::{Mat4, Vec3};

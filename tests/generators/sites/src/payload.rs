@@ -2,7 +2,8 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use busbar_tags::{TagHandle, ValueKind};
+use busbar_tags::TagHandle;
+use busbar_types::ValueKind;
 use clap::ValueEnum;
 use serde::Serialize;
 use serde_json::{Value, json};

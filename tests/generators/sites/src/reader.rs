@@ -10,7 +10,8 @@ use busbar_plugin_host::{LoadRules, SampleSink, SourcePolicy, TelemetryTag};
 use busbar_plugin_process::{
     Confinement, DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions, RunningTelemetry,
 };
-use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable, Value, ValueKind};
+use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable};
+use busbar_types::{Value, ValueKind};
 use serde_json::json;
 
 use crate::generator::now;

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-use busbar_config::{Config, SimulatedShape};
+use busbar_config::Config;
+use busbar_types::SignalShape;
 use serde_json::Value;
 use substation::{Station, points, scenarios};
 
@@ -48,7 +49,7 @@ fn no_two_points_lie_in_the_same_cells() {
 fn values_that_are_usual_are_within_limits() {
     for (id, tag) in &CONFIG.tags {
         let base = tag.simulate.base;
-        let moves = tag.simulate.shape != SimulatedShape::Constant;
+        let moves = tag.simulate.shape != SignalShape::Constant;
         let amplitude = if moves { tag.simulate.amplitude } else { 0.0 };
         if tag.unit != "MWh" {
             for value in [base - amplitude, base + amplitude] {

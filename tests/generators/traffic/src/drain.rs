@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
 use busbar_plugin_host::SampleSink;
-use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable, ValueKind};
+use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable};
+use busbar_types::ValueKind;
 use document::Series;
 use serde::Serialize;
 use serde_json::json;

@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::{Result, ensure};
-use busbar_tags::{TagHandle, Value};
+use busbar_tags::TagHandle;
+use busbar_types::Value;
 use document::Series;
 use serde::Serialize;
 use serde_json::json;

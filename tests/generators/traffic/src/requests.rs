@@ -11,10 +11,11 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use busbar_plugin_host::{
-    DeviceScenario, Shape, SimulatedBehavior, SimulatedTag, Simulation, TelemetryTag,
+    DeviceScenario, SimulatedBehavior, SimulatedTag, Simulation, TelemetryTag,
 };
 use busbar_plugin_process::{RunningSimulator, RunningTelemetry};
 use busbar_tags::Sample;
+use busbar_types::SignalShape;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -81,7 +82,7 @@ fn device(
     let simulated = |tag: &TelemetryTag| SimulatedTag {
         tag: tag.clone(),
         behavior: SimulatedBehavior {
-            shape: Shape::Constant,
+            shape: SignalShape::Constant,
             base: f64::from(tag.tag.0 % 100),
             amplitude: 0.0,
             period: UPDATE,

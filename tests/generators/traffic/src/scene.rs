@@ -13,7 +13,8 @@ use busbar_plugin_process::{
     RunningTelemetry,
 };
 use busbar_scene_loader::LoadedScene;
-use busbar_tags::{TagHandle, ValueKind};
+use busbar_tags::TagHandle;
+use busbar_types::ValueKind;
 use busbar_viewer::{RendererOptions, Viewer};
 use serde_json::{Value, json};
 use tempfile::TempDir;

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
-use busbar_tags::Value;
+use busbar_types::Value;
 use document::Series;
 use serde::Serialize;
 use serde_json::json;

@@ -2,8 +2,8 @@
 
 use busbar_plugin_sdk::{
     AlarmReport, Alarms, Chart, ChartAxis, ChartDescription, ChartRecord, ChartRecords, ChartState,
-    Error, Explanation, LinkState, MAX_SOURCE_ALARMS, NotificationBatch, NotificationReport,
-    Notify, Pattern, Record, RecordColumn, RecordKind, RecordList, RecordSet, RecordSeverity,
+    DefectSeverity, Error, Explanation, LinkState, MAX_SOURCE_ALARMS, NotificationBatch,
+    NotificationReport, Notify, Pattern, Record, RecordColumn, RecordKind, RecordList, RecordSet,
     Records, SourceAlarm,
 };
 
@@ -70,7 +70,7 @@ pub(crate) fn lists() -> Vec<RecordList> {
         equipment: EQUIPMENT.into(),
         cells: vec![cell.into()],
         unix_nanos: Some(1),
-        severity: Some(RecordSeverity::General),
+        severity: Some(DefectSeverity::General),
         is_open: true,
     };
     vec![RecordList {

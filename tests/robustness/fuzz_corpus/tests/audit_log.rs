@@ -44,7 +44,10 @@ fn check(found: &RecoveredLog) {
     assert!(found.tail.len() <= MAX_TAIL && found.last_number < u64::MAX, "another follows");
     assert!(found.tail.iter().all(|record| record.number <= found.last_number));
     for (alarm, record) in &found.open {
-        assert!(record.alarm == *alarm && record.to != busbar_alarms::State::Normal, "{record:?}");
+        assert!(
+            record.alarm == *alarm && record.to != busbar_types::AlarmState::Normal,
+            "{record:?}"
+        );
     }
     for remark in &found.remarks {
         assert!(!remark.is_empty() && !remark.contains(char::is_control), "{remark}");

@@ -5,7 +5,7 @@
 use std::sync::OnceLock;
 use std::time::{Duration, UNIX_EPOCH};
 
-use busbar_plugin_sdk::simulation::{Behavior, FaultPlan, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, FaultPlan, Signal, SignalShape};
 use busbar_plugin_sdk::testing::tag_spec;
 use busbar_plugin_sdk::{SimulatedTag, Simulation, ValueKind};
 use iec104::codec::{Asdu, Body, Frame, Function, Sequence, split_frame};
@@ -149,7 +149,7 @@ fn simulated(
 ) -> SimulatedTag {
     address["ioa"] = json!(object);
     address["common_address"] = json!(station);
-    let shape = if object.is_multiple_of(3) { Shape::Steps } else { Shape::Constant };
+    let shape = if object.is_multiple_of(3) { SignalShape::Steps } else { SignalShape::Constant };
     let behaviour = Behavior::new(shape, 7.0, 5.0, Duration::from_secs(1)).expect("in range");
     let id = format!("tag{tag}");
     let signal = Signal::new(1, &id, kind, behaviour).expect("it can move so");

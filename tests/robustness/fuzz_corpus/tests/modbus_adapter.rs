@@ -4,7 +4,7 @@
 
 use std::time::{Duration, UNIX_EPOCH};
 
-use busbar_plugin_sdk::simulation::{Behavior, FaultPlan, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, FaultPlan, Signal, SignalShape};
 use busbar_plugin_sdk::testing::tag_spec;
 use busbar_plugin_sdk::{Sample, SimulatedTag, Simulation, TagSpec, Value, ValueKind};
 use modbus_adapter::Settings;
@@ -114,7 +114,8 @@ fn check_samples(samples: &[Sample], tags: &[TagSpec]) {
 
 /// Checks that a device that simulates these tags is read as its signals are.
 fn is_simulated(tags: &[TagSpec], base: usize) {
-    let behaviour = Behavior::new(Shape::Constant, (base % 4) as f64, 0.0, Duration::from_secs(1));
+    let behaviour =
+        Behavior::new(SignalShape::Constant, (base % 4) as f64, 0.0, Duration::from_secs(1));
     let behaviour = behaviour.expect("in range");
     let simulated = |spec: &TagSpec| SimulatedTag {
         spec: spec.clone(),

@@ -2,8 +2,8 @@
 //! addresses the plugin takes, or a named reason. No panic leaves the plugin.
 
 use busbar_plugin_sdk::testing::{host, tag_spec};
-use busbar_plugin_sdk::{Plugin, Telemetry, ValueKind};
-use busbar_point_import::{PointList, PointType};
+use busbar_plugin_sdk::{Plugin, Telemetry};
+use busbar_point_import::PointList;
 use opcua::probe::browse;
 use opcua::{OpcUa, Settings};
 use serde_json::json;
@@ -34,15 +34,7 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     assert!(is_empty || parsed.faults.is_empty(), "{:?}", parsed.faults);
     let tags: Vec<_> = (0..)
         .zip(&parsed.points)
-        .map(|(tag, point)| {
-            let kind = match point.value_type {
-                PointType::F64 => ValueKind::F64,
-                PointType::I64 => ValueKind::I64,
-                PointType::Bool => ValueKind::Bool,
-                PointType::DoublePoint => ValueKind::DoublePoint,
-            };
-            tag_spec(tag, &point.tag, kind, point.address.clone())
-        })
+        .map(|(tag, point)| tag_spec(tag, &point.tag, point.value_type, point.address.clone()))
         .collect();
     let plugin = OpcUa::create(settings(), host()).expect("these settings are good");
     plugin.check(&tags).expect("what was listed can be served");

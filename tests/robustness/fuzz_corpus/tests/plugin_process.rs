@@ -7,7 +7,8 @@ use std::time::Duration;
 use busbar_geometry::Mesh;
 use busbar_plugin_host::{MAX_LINK_MESSAGE_BYTES, OverlayBinding, TelemetryTag};
 use busbar_plugin_process::probe::{DecodedMessage, HostSide, read_collapses};
-use busbar_tags::{Moment, Sample, TagHandle, ValueKind};
+use busbar_tags::{Moment, Sample, TagHandle};
+use busbar_types::ValueKind;
 use glam::Vec3;
 
 /// Tags of the plugin, with odd numbers; nodes follow.

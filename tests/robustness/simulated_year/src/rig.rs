@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use busbar_plugin_sdk::simulation::{Behavior, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, Signal, SignalShape};
 use busbar_plugin_sdk::testing::tag_spec;
 use busbar_plugin_sdk::{SimulatedTag, ValueKind};
 use device_server::FaultyLink;
@@ -17,7 +17,7 @@ pub const HOUR: f64 = 3600.0;
 pub const DAY: f64 = 24.0 * HOUR;
 
 /// Shape, base, amplitude and period in seconds of a signal.
-pub type SignalParameters = (Shape, f64, f64, f64);
+pub type SignalParameters = (SignalShape, f64, f64, f64);
 
 /// Creates tags with handles from 0 on, each with a kind, an address and a signal.
 ///

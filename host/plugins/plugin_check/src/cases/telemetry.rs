@@ -8,7 +8,7 @@ use super::plugin_instance::{Instance, required};
 use crate::fake_sink::FakeSink;
 use crate::finding::{Finding, Outcome, Stop};
 use crate::probe::{Probe, Subject};
-use crate::request::{SampleTag, TagKind};
+use crate::request::SampleTag;
 
 /// Freshness limit of the tags here, milliseconds.
 const FRESHNESS_MILLIS: u64 = 2000;
@@ -25,7 +25,7 @@ pub(crate) struct TagSpecs {
 
 impl TagSpecs {
     pub(crate) fn from_samples(samples: &[SampleTag]) -> Self {
-        Self::new(samples.iter().map(|tag| (kind(tag.kind), tag.address.to_string())))
+        Self::new(samples.iter().map(|tag| (tag.kind.code(), tag.address.to_string())))
     }
 
     pub(crate) fn new(tags: impl IntoIterator<Item = (u8, String)>) -> Self {
@@ -52,15 +52,6 @@ impl TagSpecs {
 
     pub(crate) fn as_parts(&self) -> (*const abi::BusbarTagSpec, usize) {
         (self.raw.as_ptr(), self.raw.len())
-    }
-}
-
-fn kind(kind: TagKind) -> u8 {
-    match kind {
-        TagKind::F64 => abi::BUSBAR_VALUE_F64,
-        TagKind::I64 => abi::BUSBAR_VALUE_I64,
-        TagKind::Bool => abi::BUSBAR_VALUE_BOOL,
-        TagKind::DoublePoint => abi::BUSBAR_VALUE_DOUBLE_POINT,
     }
 }
 

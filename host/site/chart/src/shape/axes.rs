@@ -1,9 +1,11 @@
 //! Geometry of axes: ticks, limits, lanes and the board behind them.
 
+use busbar_types::Pattern;
+
 use super::{Face, GREY, INK, NO_RECORD, PAPER, Shape, Stroke, Text, TextKind};
 use crate::axis::short;
 use crate::layout::{MISSING_LANE, depth_of};
-use crate::{Axis, AxisView, Band, Layout, ParallelCoordinates, Pattern, Size};
+use crate::{Axis, AxisView, Band, Layout, ParallelCoordinates, Size};
 
 /// Share of an axis' height that its bands are wide.
 const BAND_WIDTH: f32 = 0.018;

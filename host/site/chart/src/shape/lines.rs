@@ -3,10 +3,12 @@
 
 use std::collections::BTreeMap;
 
+use busbar_types::Pattern;
+
 use super::{Face, GREY, INK, SELECTION, Shape, Stroke};
 use crate::layout::{MISSING_LANE, depth_of};
 use crate::parallel_coordinates::MAX_STROKED_RECORDS;
-use crate::{AxisView, Layout, ParallelCoordinates, Pattern, Size, cluster};
+use crate::{AxisView, Layout, ParallelCoordinates, Size, cluster};
 
 /// Emphasis of a record's line, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

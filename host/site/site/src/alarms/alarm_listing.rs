@@ -3,9 +3,10 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-use busbar_alarms::{AlarmHandle, AlarmSource, AlarmTable, Priority};
-use busbar_overlay_picture::{OverlayTint, Severity};
-use busbar_tags::{Origin, SourceTime};
+use busbar_alarms::{AlarmHandle, AlarmSource, AlarmTable};
+use busbar_overlay_picture::OverlayTint;
+use busbar_tags::SourceTime;
+use busbar_types::{Origin, Priority, Severity};
 
 use super::external_alarms::ExternalSources;
 use crate::equipment::EquipmentNumber;

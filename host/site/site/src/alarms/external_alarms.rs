@@ -6,12 +6,14 @@ mod poller;
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
-use busbar_alarms::{AlarmHandle, Priority, SourceAlarm, SourceQuality};
+use busbar_alarms::{AlarmHandle, SourceAlarm};
 use busbar_config::AlarmSourceConfig;
+use busbar_types::{Priority, QualityLevel};
 
-use self::poller::{AlarmPoller, SourceHealth};
+use self::poller::{PolledAlarms, SourceHealth, take_alarms};
 use crate::definition::SiteDefinition;
 use crate::equipment::{EquipmentDirectory, EquipmentNumber};
+use crate::plugin_poller::PluginPoller;
 
 /// Numbers of these alarms; those of configured ones are below.
 const FIRST_NUMBER: u32 = 1 << 30;
@@ -32,7 +34,7 @@ pub struct ExternalSources {
 pub struct ExternalSource {
     config: AlarmSourceConfig,
     /// Polling thread; none if it could not be started, as the fault says.
-    poller: Option<AlarmPoller>,
+    poller: Option<PluginPoller<PolledAlarms>>,
     health: SourceHealth,
     alarms: Vec<ExternalAlarm>,
     is_stale: bool,
@@ -57,7 +59,7 @@ impl ExternalSources {
     pub(super) fn start(site: &SiteDefinition) -> Self {
         let mut sources = Self::default();
         for config in &site.config.alarm_handling.sources {
-            let started = site.plugins.get(&config.plugin).map(AlarmPoller::start);
+            let started = site.plugins.get(&config.plugin).map(PluginPoller::start);
             let (poller, fault) = match started {
                 Some(Ok(poller)) => (Some(poller), None),
                 Some(Err(error)) => (None, Some(error.to_string())),
@@ -95,7 +97,7 @@ impl ExternalSources {
     pub(super) fn step(&mut self, directory: &dyn EquipmentDirectory) {
         let (mut is_new, now) = (false, Instant::now());
         for source in &mut self.all {
-            if let Some((new_alarms, health)) = source.poller.as_ref().map(AlarmPoller::take) {
+            if let Some((new_alarms, health)) = source.poller.as_ref().map(take_alarms) {
                 // What was inherited was heard by another reader.
                 let last_heard = health.last_heard.max(source.health.last_heard);
                 source.health = SourceHealth { last_heard, ..health };
@@ -237,7 +239,7 @@ impl ExternalAlarm {
 
     /// Reports whether the alarm is current and of good quality.
     pub fn is_certain(&self, source: &ExternalSource) -> bool {
-        !source.is_stale && self.alarm.quality == SourceQuality::Good
+        !source.is_stale && self.alarm.quality == QualityLevel::Good
     }
 
     /// Returns the alarm's id, unique among all sources.

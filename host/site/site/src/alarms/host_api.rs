@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use busbar_alarms::{Action, AlarmFlags, AlarmHandle, AlarmStatus, State};
-use busbar_tags::{Origin, SourceTime, TagSet};
+use busbar_alarms::{AlarmFlags, AlarmHandle, AlarmStatus};
+use busbar_tags::{SourceTime, TagSet};
+use busbar_types::{AlarmAction, AlarmState, Origin};
 
 use super::AlarmService;
 
@@ -39,7 +40,7 @@ impl AlarmService {
         spec.map_or_else(|| self.sources.get(alarm).is_some(), |spec| spec.source.is_mirrored())
     }
 
-    pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: Action) {
+    pub(super) fn request_from_host(&mut self, alarm: AlarmHandle, action: AlarmAction) {
         if self.host_requests.len() == MAX_HOST_REQUESTS {
             self.host_requests.pop_front();
         }
@@ -47,7 +48,7 @@ impl AlarmService {
     }
 
     /// Takes the operator requests since the last call, by alarm id.
-    pub(crate) fn take_host_requests(&mut self) -> Vec<(String, Action)> {
+    pub(crate) fn take_host_requests(&mut self) -> Vec<(String, AlarmAction)> {
         let host_requests = std::mem::take(&mut self.host_requests).into_iter();
         host_requests.filter_map(|(alarm, action)| Some((self.id_of(alarm)?, action))).collect()
     }
@@ -59,7 +60,7 @@ impl AlarmService {
     pub(crate) fn act_by_id(
         &mut self,
         id: &str,
-        action: Action,
+        action: AlarmAction,
         operator: &str,
     ) -> Result<(), String> {
         let alarm = self.table.set().find(id).ok_or_else(|| format!("there is no alarm '{id}'"))?;
@@ -74,14 +75,14 @@ impl AlarmService {
     ) -> Vec<ChangedAlarm> {
         let mut changed = Vec::new();
         let closed = known.keys().copied().filter(|&alarm| {
-            self.table.status(alarm).is_none_or(|status| status.state == State::Normal)
+            self.table.status(alarm).is_none_or(|status| status.state == AlarmState::Normal)
         });
         let closed: Vec<_> = closed.collect();
         for alarm in self.table.open().chain(closed) {
             let Some(status) = self.table.status(alarm) else { continue };
             let AlarmStatus { state, standing, origin, .. } = status;
             let before = match state {
-                State::Normal => known.remove(&alarm),
+                AlarmState::Normal => known.remove(&alarm),
                 _ => known.insert(alarm, (standing, origin)),
             };
             let Some(spec) = self.table.set().spec(alarm) else { continue };

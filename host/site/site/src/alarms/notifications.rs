@@ -10,11 +10,9 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_alarms::{
-    AlarmChange, AlarmHandle, AlarmNotification, AlarmRecord, AlarmSource, AlarmTable,
-    MAX_STANDING_ALARMS, StandingAlarms, State,
-};
-use busbar_tags::{Moment, Origin, SourceTime, TagSet, Value};
+use busbar_types::{AlarmState, Origin, Value};
+use busbar_alarms::{AlarmChange, AlarmHandle, AlarmNotification, AlarmRecord, AlarmSource, AlarmTable, MAX_STANDING_ALARMS, StandingAlarms};
+use busbar_tags::{Moment, SourceTime, TagSet};
 
 use self::handover::Handover;
 pub(crate) use self::handover::NotifierHealth;
@@ -37,14 +35,14 @@ pub(super) struct Notifications {
     /// Number of the last change.
     last_number: u64,
     pending: Vec<AlarmRecord>,
-    /// State of each alarm of other systems, by its id.
-    external: HashMap<String, State>,
+    /// AlarmState of each alarm of other systems, by its id.
+    external: HashMap<String, AlarmState>,
     external_revision: Option<u64>,
     started: Option<Moment>,
     is_settled: bool,
 }
 
-/// State of a site that notifications are made of.
+/// AlarmState of a site that notifications are made of.
 #[derive(Clone, Copy)]
 pub(super) struct AlarmView<'a> {
     pub(super) table: &'a AlarmTable,
@@ -151,7 +149,7 @@ impl Notifications {
         }
         // What a source does not list any more is over there.
         for (id, before) in gone {
-            if let Some(change) = AlarmChange::between(before, State::Normal) {
+            if let Some(change) = AlarmChange::between(before, AlarmState::Normal) {
                 changes.push(view.of_absent(id, change));
             }
         }
@@ -235,7 +233,7 @@ impl AlarmView<'_> {
             number: 0,
             alarm: id,
             change,
-            state: State::Normal,
+            state: AlarmState::Normal,
             priority: Default::default(),
             occurred: self.wall_clock,
             time: self.wall_clock,

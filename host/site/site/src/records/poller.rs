@@ -1,134 +1,79 @@
 //! Reads a plugin's records beside the frames: a call may take as long as the plugin takes.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use busbar_plugin_host::{MAX_PAGE_ROWS, PluginError};
 use busbar_plugin_process::{Plugin, RunningRecords};
 use busbar_records::{List, MAX_BYTES};
 
-/// Period of polling for a new revision.
-const POLL_PERIOD: Duration = Duration::from_secs(1);
+use crate::plugin_poller::{PluginPoller, PolledCapability, SharedState, note_fault};
+
 /// Largest number of read attempts while records change.
 const MAX_TRIES: u32 = 5;
 
+/// Records of a plugin, with the revision that is known.
+pub(super) struct PolledRecords {
+    records: RunningRecords,
+    known: Option<u64>,
+}
+
+/// Lists as they were read.
 #[derive(Default)]
-struct State {
-    ends: bool,
+pub(super) struct ReadRecords {
     read: Option<Vec<List>>,
-    /// Lists to free on this thread: freeing many rows takes longer than a frame.
+    /// Lists to free on the polling thread: freeing many rows takes longer than a frame.
     discarded: Vec<Vec<List>>,
     fault: Option<String>,
-    polls: u64,
 }
 
-#[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
-    changed: Condvar,
-}
+impl PolledCapability for PolledRecords {
+    const SUBJECT: &'static str = "records";
+    const PERIOD: Duration = Duration::from_secs(1);
+    type State = ReadRecords;
 
-impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
+        Ok(Self { records: RunningRecords::from_plugin(plugin)?, known: None })
+    }
+
+    fn forget(&mut self) {
+        self.known = None;
+    }
+
+    fn poll(&mut self, plugin: &Plugin, shared: &SharedState<ReadRecords>) {
+        let read = poll(&self.records, self.known);
+        let discarded = shared.with(|state| {
+            let mut discarded = std::mem::take(&mut state.discarded);
+            let fault = match read {
+                Ok(None) => None,
+                Ok(Some((revision, lists))) => {
+                    self.known = Some(revision);
+                    discarded.extend(state.read.replace(lists));
+                    None
+                }
+                Err(fault) => {
+                    self.known = None;
+                    Some(fault)
+                }
+            };
+            note_fault::<Self>(plugin, &mut state.fault, fault);
+            discarded
+        });
+        drop(discarded);
     }
 }
 
-/// Records that are read on a thread of their own.
-pub(super) struct RecordPoller {
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl RecordPoller {
-    pub(super) fn start(plugin: &Plugin) -> Result<Self, PluginError> {
-        let records = RunningRecords::from_plugin(plugin)?;
-        let shared = Arc::new(Shared::default());
-        let (theirs, plugin) = (shared.clone(), plugin.clone());
-        let id = plugin.info().id.clone();
-        let work = move || run(&plugin, &records, &theirs);
-        let thread = std::thread::Builder::new().name("records".into()).spawn(work);
-        let thread = thread.map_err(|error| PluginError::Failed {
-            id,
-            settings_at_fault: false,
-            message: format!("no thread can be started to read its records: {error}"),
-        })?;
-        Ok(Self { shared, thread: Some(thread) })
-    }
-
-    /// Waits until it was read once, or could not be.
-    pub(super) fn wait_for_first(&self, timeout: Duration) {
-        let is_new = |state: &mut State| state.polls == 0;
-        let state = self.shared.state();
-        drop(self.shared.changed.wait_timeout_while(state, timeout, is_new));
-    }
-
-    /// Takes the lists if they were read since the last call; reports whether they were.
-    pub(super) fn take(&self, lists: &mut Vec<List>) -> bool {
-        let mut state = self.shared.state();
+/// Takes the lists if they were read since the last call; reports whether they were.
+pub(super) fn take_lists(poller: &PluginPoller<PolledRecords>, lists: &mut Vec<List>) -> bool {
+    poller.with(|state| {
         let Some(read) = state.read.take() else { return false };
         state.discarded.push(std::mem::replace(lists, read));
         true
-    }
-
-    /// Returns the fault that keeps the records from being read.
-    pub(super) fn fault(&self) -> Option<String> {
-        self.shared.state().fault.clone()
-    }
+    })
 }
 
-impl Drop for RecordPoller {
-    fn drop(&mut self) {
-        self.shared.state().ends = true;
-        self.shared.changed.notify_all();
-        if let Some(thread) = self.thread.take() {
-            // It ends with its call, which has a deadline.
-            let _ = thread.join();
-        }
-    }
-}
-
-fn run(plugin: &Plugin, records: &RunningRecords, shared: &Shared) {
-    let (mut known, mut deaths) = (None, 0);
-    loop {
-        // What another process counts may be the same by chance.
-        let died = plugin.status().deaths;
-        known = known.filter(|_| died == deaths);
-        deaths = died;
-        let read = poll(records, known);
-        let mut state = shared.state();
-        let mut discarded = std::mem::take(&mut state.discarded);
-        state.polls += 1;
-        match read {
-            Ok(read) => {
-                state.fault = None;
-                if let Some((revision, lists)) = read {
-                    known = Some(revision);
-                    discarded.extend(state.read.replace(lists));
-                }
-            }
-            Err(fault) => {
-                if state.fault.as_ref() != Some(&fault) {
-                    tracing::error!(plugin = plugin.name(), "records cannot be read: {fault}");
-                }
-                (known, state.fault) = (None, Some(fault));
-            }
-        }
-        shared.changed.notify_all();
-        drop(state);
-        drop(discarded);
-        let mut state = shared.state();
-        let next = Instant::now() + POLL_PERIOD;
-        while !state.ends && Instant::now() < next {
-            let left = next.saturating_duration_since(Instant::now());
-            let waited = shared.changed.wait_timeout(state, left);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
-        }
-        if state.ends {
-            return;
-        }
-    }
+/// Returns the fault that keeps the records from being read.
+pub(super) fn fault_of(poller: &PluginPoller<PolledRecords>) -> Option<String> {
+    poller.with(|state| state.fault.clone())
 }
 
 /// Reads all lists if the revision differs from the known one.

@@ -203,16 +203,7 @@ fn brush_words(chart: &SceneChart, brush: &Brush) -> String {
 }
 
 fn legend_row(state: &State) -> LegendRow {
-    LegendRow {
-        name: state.name.clone(),
-        color: state.color,
-        pattern: match state.pattern {
-            busbar_chart::Pattern::Solid => busbar_ui::Pattern::Solid,
-            busbar_chart::Pattern::Striped => busbar_ui::Pattern::Striped,
-            busbar_chart::Pattern::Crossed => busbar_ui::Pattern::Crossed,
-            busbar_chart::Pattern::Dotted => busbar_ui::Pattern::Dotted,
-        },
-    }
+    LegendRow { name: state.name.clone(), color: state.color, pattern: state.pattern }
 }
 
 fn named(axis: &Axis) -> String {

@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
-use busbar_alarms::{SourceAlarm, SourceQuality};
+use busbar_alarms::SourceAlarm;
 use busbar_site::{ExternalSource, ExternalSources};
+use busbar_types::QualityLevel;
 use busbar_ui::{AlarmSourceStatus, age_text};
 
 /// Returns the status of each source.
@@ -33,9 +34,9 @@ pub(super) fn short_uncertainty(source: &ExternalSource, alarm: &SourceAlarm) ->
         return Some(staleness_text(source, Instant::now()));
     }
     match alarm.quality {
-        SourceQuality::Good => None,
-        SourceQuality::Uncertain => Some("uncertain at its source".to_owned()),
-        SourceQuality::Bad => Some("bad at its source".to_owned()),
+        QualityLevel::Good => None,
+        QualityLevel::Uncertain => Some("uncertain at its source".to_owned()),
+        QualityLevel::Bad => Some("bad at its source".to_owned()),
     }
 }
 

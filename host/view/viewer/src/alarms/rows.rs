@@ -3,11 +3,12 @@
 use std::collections::HashSet;
 use std::time::Duration;
 
-use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus, Priority, State};
+use busbar_alarms::{AlarmHandle, AlarmSource, AlarmSpec, AlarmStatus};
 use busbar_scene::NodeIndex;
 use busbar_site::{AlarmService, ExternalAlarm, ExternalSource};
-use busbar_tags::{Origin, Snapshot, SourceTime, TagSet};
-use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmPriority, AlarmRow, AlarmRows};
+use busbar_tags::{Snapshot, SourceTime, TagSet};
+use busbar_types::{AlarmState, Origin, Priority};
+use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmRow, AlarmRows};
 
 use super::external_text::{long_uncertainty, short_uncertainty, statuses};
 use super::{AlarmPresentation, text};
@@ -46,7 +47,7 @@ impl AlarmListRows<'_> {
             number: alarm.0,
             id: spec.id.clone(),
             message: spec.message.clone(),
-            priority: priority(spec.priority),
+            priority: spec.priority,
             state: state.name(),
             is_unacknowledged: state.is_unacknowledged(),
             is_active: status.standing.is_active,
@@ -58,7 +59,7 @@ impl AlarmListRows<'_> {
             occurrences: status.occurrences,
             chatters: status.chatters,
             is_first_out: status.is_first_out,
-            shelf_left: status.shelf_left.filter(|_| state == State::Shelved),
+            shelf_left: status.shelf_left.filter(|_| state == AlarmState::Shelved),
             is_saving,
             origin: status.origin | self.origin_of(spec),
             ..AlarmRow::default()
@@ -77,7 +78,7 @@ impl AlarmListRows<'_> {
             number: external.number.0,
             id: external.id(source),
             message: external.message().to_owned(),
-            priority: priority(external.priority),
+            priority: external.priority,
             state: alarm.state_name(),
             is_unacknowledged: standing.state().is_unacknowledged(),
             is_active: standing.is_active,
@@ -148,7 +149,7 @@ impl AlarmListRows<'_> {
     ) -> (Vec<AlarmRow>, usize) {
         let Some(alarm_service) = self.alarm_service else { return (Vec::new(), 0) };
         let state = |alarm| alarm_service.table().status(alarm).map(|status| status.state);
-        let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != State::Normal);
+        let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != AlarmState::Normal);
         let of_templates =
             nodes.iter().flat_map(|node| alarm_service.of_templates_at(number_of(*node)));
         let all = || alarms.iter().chain(of_templates.clone());
@@ -219,9 +220,11 @@ impl AlarmListRows<'_> {
             response: spec.response.clone(),
             decided_by: is_mirrored.then(|| "The host's alarm system".to_owned()),
             can_ask: alarm_service.has_host(),
-            can_reset: status.state == State::LatchedAcknowledged,
-            can_shelve: !matches!(status.state, State::SuppressedByDesign | State::OutOfService)
-                && !is_mirrored,
+            can_reset: status.state == AlarmState::LatchedAcknowledged,
+            can_shelve: !matches!(
+                status.state,
+                AlarmState::SuppressedByDesign | AlarmState::OutOfService
+            ) && !is_mirrored,
             is_shelved: status.standing.is_shelved,
             is_out_of_service: status.standing.is_out_of_service,
         })
@@ -247,7 +250,7 @@ impl AlarmRows for AlarmListRows<'_> {
         let chosen = selected.and_then(|chosen| alarms.iter().position(|a| *a == chosen));
         let (before, after) = alarms.split_at(chosen.map_or(0, |chosen| chosen + 1));
         let waits = |alarm: &&AlarmHandle| {
-            alarm_service.state_of(**alarm).is_some_and(State::is_unacknowledged)
+            alarm_service.state_of(**alarm).is_some_and(AlarmState::is_unacknowledged)
         };
         let next = *after.iter().chain(before).find(waits)?;
         Some((next.0, self.equipment(alarm_service, next)))
@@ -262,10 +265,6 @@ fn verdict_texts(
 ) -> (String, Option<String>) {
     let uncertainty = alarm_service.table().uncertainty(alarm).unwrap_or("not judged yet");
     (alarm_service.reason_of(alarm), (!status.is_certain).then(|| uncertainty.to_owned()))
-}
-
-fn priority(priority: Priority) -> AlarmPriority {
-    AlarmPriority::ALL[priority as usize]
 }
 
 fn elapsed(since: SourceTime, now: SourceTime) -> Duration {

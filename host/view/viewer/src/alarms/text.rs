@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_alarms::{AlarmRecord, AlarmSource, Condition, TagCondition, VerdictCondition};
-use busbar_overlay_picture::Severity;
+use busbar_types::Severity;
 use busbar_tags::{SourceTime, TagSet};
 
 use crate::panel_rows::value_text;

@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 
-use busbar_alarms::{AlarmFlags, AlarmHandle, State};
+use busbar_alarms::{AlarmFlags, AlarmHandle};
 use busbar_chart::Action;
 use busbar_scene::NodeIndex;
 use busbar_site::{ChangedAlarm, HostTagValue, PluginHealth};
-use busbar_tags::{Origin, SourceTime, TagHandle};
-use busbar_ui::{AlarmAction, ChartCommand, Command};
+use busbar_tags::{SourceTime, TagHandle};
+use busbar_types::{AlarmAction, AlarmState, Origin};
+use busbar_ui::{ChartCommand, Command};
 
 use super::Viewer;
 use crate::{ViewError, panel_rows};
@@ -103,7 +104,7 @@ impl Viewer {
     pub fn mirror_alarm(
         &mut self,
         id: &str,
-        state: State,
+        state: AlarmState,
         until: Option<SourceTime>,
         operator: Option<&str>,
     ) -> Result<(), ViewError> {

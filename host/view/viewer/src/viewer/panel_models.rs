@@ -3,7 +3,8 @@
 use busbar_config::MAX_THETA_SCALE;
 use busbar_plugin_host::wall_clock;
 use busbar_site::ChartReader;
-use busbar_tags::{Moment, Origin};
+use busbar_tags::Moment;
+use busbar_types::Origin;
 use busbar_ui::{Navigation, StatusBarModel, ViewModel};
 
 use super::Viewer;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use busbar_overlay_picture::VerdictSeverity;
+use busbar_types::VerdictSeverity;
 use busbar_scene::NodeIndex;
 use busbar_site::OverlayVerdicts;
 use busbar_tags::{EventLog, Snapshot};

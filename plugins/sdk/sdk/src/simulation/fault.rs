@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use busbar_plugin_abi as abi;
+use busbar_types::FaultKind;
 
 use super::{draw, mix, unit};
 use crate::Error;
@@ -13,55 +13,11 @@ const HEALTHY_BEFORE: std::ops::Range<f64> = 0.25..0.5;
 /// Range of a clock error, seconds, ahead or behind.
 const CLOCK_JUMP_SECONDS: std::ops::Range<i64> = 600..7200;
 
-/// Kind of fault of a device or of the link to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum FaultKind {
-    /// Lost link: connections end, and new ones are refused.
-    LinkLoss,
-    /// Slow device: every answer is delayed, but within the deadline.
-    Slow,
-    /// Half-open connections, through which no bytes come.
-    HalfOpen,
-    /// Connections that are reset, again and again.
-    Reset,
-    /// Random bytes instead of answers.
-    Garbage,
-    /// Answers after the client's deadline.
-    Late,
-    /// Wrong clock of the device, where the protocol has times.
-    ClockJump,
-}
-
-impl FaultKind {
-    /// All kinds of faults.
-    pub const ALL: [Self; 7] = [
-        Self::LinkLoss,
-        Self::Slow,
-        Self::HalfOpen,
-        Self::Reset,
-        Self::Garbage,
-        Self::Late,
-        Self::ClockJump,
-    ];
-
-    pub(crate) fn to_abi(self) -> u32 {
-        match self {
-            Self::LinkLoss => abi::BUSBAR_FAULT_LINK_LOSS,
-            Self::Slow => abi::BUSBAR_FAULT_SLOW,
-            Self::HalfOpen => abi::BUSBAR_FAULT_HALF_OPEN,
-            Self::Reset => abi::BUSBAR_FAULT_RESET,
-            Self::Garbage => abi::BUSBAR_FAULT_GARBAGE,
-            Self::Late => abi::BUSBAR_FAULT_LATE,
-            Self::ClockJump => abi::BUSBAR_FAULT_CLOCK_JUMP,
-        }
-    }
-
-    /// Returns the kinds of a sum; none where it has bits that no kind has.
-    pub(crate) fn from_abi(sum: u32) -> Option<Vec<Self>> {
-        let known: u32 = Self::ALL.iter().map(|kind| kind.to_abi()).sum();
-        let is_in = |kind: &Self| sum & kind.to_abi() != 0;
-        (sum & !known == 0).then(|| Self::ALL.into_iter().filter(is_in).collect())
-    }
+/// Returns the kinds of a sum of the ABI; none where it has bits that no kind has.
+pub(crate) fn fault_kinds(sum: u32) -> Option<Vec<FaultKind>> {
+    let known: u32 = FaultKind::ALL.iter().map(|kind| kind.bit()).sum();
+    let is_in = |kind: &FaultKind| sum & kind.bit() != 0;
+    (sum & !known == 0).then(|| FaultKind::ALL.into_iter().filter(is_in).collect())
 }
 
 /// Fault of the link in a scenario.

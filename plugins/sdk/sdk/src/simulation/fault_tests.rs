@@ -63,11 +63,11 @@ fn no_kinds_are_no_faults() {
 
 #[test]
 fn sums_are_kinds() {
-    let all = FaultKind::ALL.iter().map(|kind| kind.to_abi()).sum();
-    assert_eq!(FaultKind::from_abi(all), Some(FaultKind::ALL.to_vec()));
-    assert_eq!(FaultKind::from_abi(0), Some(Vec::new()));
-    assert_eq!(FaultKind::from_abi(4), Some(vec![FaultKind::HalfOpen]));
-    assert_eq!(FaultKind::from_abi(1 << 20), None);
+    let all = FaultKind::ALL.iter().map(|kind| kind.bit()).sum();
+    assert_eq!(fault_kinds(all), Some(FaultKind::ALL.to_vec()));
+    assert_eq!(fault_kinds(0), Some(Vec::new()));
+    assert_eq!(fault_kinds(4), Some(vec![FaultKind::HalfOpen]));
+    assert_eq!(fault_kinds(1 << 20), None);
 }
 
 #[test]

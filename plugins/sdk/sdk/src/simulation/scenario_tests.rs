@@ -1,7 +1,7 @@
 use std::time::UNIX_EPOCH;
 
 use super::*;
-use crate::simulation::{Behavior, Shape, Signal};
+use crate::simulation::{Behavior, Signal, SignalShape};
 use crate::{DoublePoint, Value, ValueKind};
 
 const BEGUN: u64 = 1_000_000;
@@ -23,7 +23,7 @@ fn to(value: f64, over: u64) -> ScenarioEvent {
 }
 
 fn signal(kind: ValueKind, base: f64) -> Signal {
-    let behavior = Behavior::new(Shape::Constant, base, 0.0, seconds(1)).expect("measures");
+    let behavior = Behavior::new(SignalShape::Constant, base, 0.0, seconds(1)).expect("measures");
     Signal::new(1, "tag", kind, behavior).expect("a signal")
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use busbar_plugin_abi as abi;
+use busbar_types::SignalShape;
 
 use super::{Scenario, draw, mix, unit};
 use crate::{DoublePoint, Error, Value, ValueKind};
@@ -13,39 +13,10 @@ const MAX_TRAVEL: Duration = Duration::from_secs(2);
 /// Longest period: a year.
 const MAX_PERIOD: Duration = Duration::from_secs(366 * 86_400);
 
-/// Shape of a signal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// Constant at the base.
-    Constant,
-    /// Sine about the base, its phase by the tag's id.
-    Sine,
-    /// Smooth random walk about the base, with a new target each period.
-    Walk,
-    /// Random levels about the base, each held for a period. A bool or double point is open or
-    /// closed, by chance. A switch travels first.
-    Steps,
-    /// Counter: one more each period, from the base to base plus amplitude, then anew.
-    Counter,
-}
-
-impl Shape {
-    pub(crate) fn from_abi(shape: u32) -> Option<Self> {
-        Some(match shape {
-            abi::BUSBAR_SHAPE_CONSTANT => Self::Constant,
-            abi::BUSBAR_SHAPE_SINE => Self::Sine,
-            abi::BUSBAR_SHAPE_WALK => Self::Walk,
-            abi::BUSBAR_SHAPE_STEPS => Self::Steps,
-            abi::BUSBAR_SHAPE_COUNTER => Self::Counter,
-            _ => return None,
-        })
-    }
-}
-
 /// Shape with its parameters, which are in range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Behavior {
-    shape: Shape,
+    shape: SignalShape,
     base: f64,
     amplitude: f64,
     period: Duration,
@@ -57,7 +28,12 @@ impl Behavior {
     /// # Errors
     /// [`Error::settings`] for numbers that are not finite, an amplitude below 0, and a
     /// period of 0 or more than a year.
-    pub fn new(shape: Shape, base: f64, amplitude: f64, period: Duration) -> Result<Self, Error> {
+    pub fn new(
+        shape: SignalShape,
+        base: f64,
+        amplitude: f64,
+        period: Duration,
+    ) -> Result<Self, Error> {
         if !base.is_finite() || !amplitude.is_finite() || amplitude < 0.0 {
             return Err(Error::settings(format!(
                 "base {base} and amplitude {amplitude} must be finite, and the latter not negative"
@@ -88,7 +64,7 @@ impl Signal {
     /// [`Error::settings`] when values of the kind cannot move so.
     pub fn new(seed: u64, id: &str, kind: ValueKind, behavior: Behavior) -> Result<Self, Error> {
         let is_state = matches!(kind, ValueKind::Bool | ValueKind::DoublePoint);
-        if is_state && !matches!(behavior.shape, Shape::Constant | Shape::Steps) {
+        if is_state && !matches!(behavior.shape, SignalShape::Constant | SignalShape::Steps) {
             return Err(Error::settings(format!(
                 "tag '{id}': a bool or double point is constant or moves in steps"
             )));
@@ -155,8 +131,8 @@ impl Signal {
         let own = match (self.kind, shape) {
             (ValueKind::Bool, _) => return (0.0, 1.0),
             (ValueKind::DoublePoint, _) => return (0.0, 3.0),
-            (_, Shape::Constant) => (base, base),
-            (_, Shape::Counter) => (base, base + amplitude.floor()),
+            (_, SignalShape::Constant) => (base, base),
+            (_, SignalShape::Counter) => (base, base + amplitude.floor()),
             _ => (base - amplitude, base + amplitude),
         };
         let told = self.scenario.iter().flat_map(Scenario::values);
@@ -170,11 +146,11 @@ impl Signal {
         let Behavior { shape, amplitude, period, .. } = self.behavior;
         match shape {
             _ if self.kind != ValueKind::F64 || self.scenario.is_some() => None,
-            Shape::Constant => Some(0.0),
-            Shape::Sine => Some(TAU * amplitude / period.as_secs_f64()),
+            SignalShape::Constant => Some(0.0),
+            SignalShape::Sine => Some(TAU * amplitude / period.as_secs_f64()),
             // From one end to the other, and 3/2 of the mean slope in the middle.
-            Shape::Walk => Some(3.0 * amplitude / period.as_secs_f64()),
-            Shape::Steps | Shape::Counter => None,
+            SignalShape::Walk => Some(3.0 * amplitude / period.as_secs_f64()),
+            SignalShape::Steps | SignalShape::Counter => None,
         }
     }
 
@@ -191,28 +167,28 @@ impl Signal {
         let Behavior { shape, base, amplitude, .. } = self.behavior;
         let (period, fraction) = self.period_at(time);
         match shape {
-            Shape::Constant => base,
-            Shape::Sine => base + amplitude * (TAU * (fraction + unit(self.key))).sin(),
-            Shape::Walk => {
+            SignalShape::Constant => base,
+            SignalShape::Sine => base + amplitude * (TAU * (fraction + unit(self.key))).sin(),
+            SignalShape::Walk => {
                 let (from, to) = (self.level(period), self.level(period + 1));
                 let eased = fraction * fraction * (3.0 - 2.0 * fraction);
                 base + amplitude * (from + (to - from) * eased)
             }
-            Shape::Steps => base + amplitude * self.level(period),
-            Shape::Counter => base + (period as f64) % (amplitude.floor() + 1.0),
+            SignalShape::Steps => base + amplitude * self.level(period),
+            SignalShape::Counter => base + (period as f64) % (amplitude.floor() + 1.0),
         }
     }
 
     fn is_on_at(&self, time: SystemTime) -> bool {
         match self.behavior.shape {
-            Shape::Steps => self.is_on(self.period_at(time).0),
+            SignalShape::Steps => self.is_on(self.period_at(time).0),
             _ => self.behavior.base != 0.0,
         }
     }
 
     fn position_at(&self, time: SystemTime) -> DoublePoint {
         let Behavior { shape, base, period, .. } = self.behavior;
-        if shape != Shape::Steps {
+        if shape != SignalShape::Steps {
             return DoublePoint::from_bits(base as u64);
         }
         let (number, fraction) = self.period_at(time);

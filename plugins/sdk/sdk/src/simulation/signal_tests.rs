@@ -2,7 +2,7 @@ use super::*;
 
 const START: u64 = 1_700_000_000_000;
 
-fn signal(shape: Shape, kind: ValueKind, period_seconds: f64) -> Signal {
+fn signal(shape: SignalShape, kind: ValueKind, period_seconds: f64) -> Signal {
     let period = Duration::from_secs_f64(period_seconds);
     let behavior = Behavior::new(shape, 50.0, 10.0, period).unwrap();
     Signal::new(7, "T1.TopOil", kind, behavior).unwrap()
@@ -22,7 +22,13 @@ fn number(signal: &Signal, millis: u64) -> f64 {
 
 #[test]
 fn numbers_stay_in_range_and_keep_their_slope() {
-    for shape in [Shape::Constant, Shape::Sine, Shape::Walk, Shape::Steps, Shape::Counter] {
+    for shape in [
+        SignalShape::Constant,
+        SignalShape::Sine,
+        SignalShape::Walk,
+        SignalShape::Steps,
+        SignalShape::Counter,
+    ] {
         for kind in [ValueKind::F64, ValueKind::I64] {
             let signal = signal(shape, kind, 4.0);
             let (low, high) = signal.range();
@@ -45,7 +51,7 @@ fn numbers_stay_in_range_and_keep_their_slope() {
 
 #[test]
 fn seed_and_id_make_the_difference() {
-    let behavior = Behavior::new(Shape::Walk, 0.0, 1.0, Duration::from_secs(1)).unwrap();
+    let behavior = Behavior::new(SignalShape::Walk, 0.0, 1.0, Duration::from_secs(1)).unwrap();
     let of = |seed, id| Signal::new(seed, id, ValueKind::F64, behavior).unwrap().at(at(12_345));
     assert_eq!(of(1, "a"), of(1, "a"));
     assert_ne!(of(1, "a"), of(2, "a"));
@@ -57,7 +63,8 @@ fn seed_and_id_make_the_difference() {
 #[test]
 fn values_are_those_of_the_first_release() {
     let value = |shape| number(&signal(shape, ValueKind::F64, 60.0), 0);
-    let found = [Shape::Sine, Shape::Walk, Shape::Steps, Shape::Counter].map(value);
+    let found =
+        [SignalShape::Sine, SignalShape::Walk, SignalShape::Steps, SignalShape::Counter].map(value);
     let first = FIRST_RELEASE;
     for (found, first) in found.iter().zip(first) {
         assert!((found - first).abs() < 1e-9, "{found:?} {first}");
@@ -67,7 +74,7 @@ const FIRST_RELEASE: [f64; 4] = [46.81824991058319, 46.26188967391693, 47.504353
 
 #[test]
 fn a_counter_counts_and_begins_anew() {
-    let counter = signal(Shape::Counter, ValueKind::I64, 1.0);
+    let counter = signal(SignalShape::Counter, ValueKind::I64, 1.0);
     let counts: Vec<_> = (0..30).map(|second| number(&counter, 1000 * second)).collect();
     for pair in counts.windows(2) {
         let next = if pair[0] == 60.0 { 50.0 } else { pair[0] + 1.0 };
@@ -77,7 +84,7 @@ fn a_counter_counts_and_begins_anew() {
 
 #[test]
 fn a_switch_travels_before_it_arrives() {
-    let switch = signal(Shape::Steps, ValueKind::DoublePoint, 10.0);
+    let switch = signal(SignalShape::Steps, ValueKind::DoublePoint, 10.0);
     let at = |millis| match switch.at(at(millis)) {
         Value::DoublePoint(position) => position,
         other => panic!("{other:?}"),
@@ -109,7 +116,8 @@ fn a_switch_travels_before_it_arrives() {
 #[test]
 fn constants_are_their_base() {
     let of = |base, kind| {
-        let behavior = Behavior::new(Shape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
+        let behavior =
+            Behavior::new(SignalShape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
         Signal::new(1, "a", kind, behavior).unwrap().at(at(0))
     };
     assert_eq!(of(2.0, ValueKind::DoublePoint), Value::DoublePoint(DoublePoint::On));
@@ -129,9 +137,12 @@ fn what_cannot_move_so_is_refused() {
         (0.0, 1.0, Duration::ZERO),
         (0.0, 1.0, Duration::MAX),
     ] {
-        assert!(Behavior::new(Shape::Sine, base, amplitude, period).is_err(), "{base} {amplitude}");
+        assert!(
+            Behavior::new(SignalShape::Sine, base, amplitude, period).is_err(),
+            "{base} {amplitude}"
+        );
     }
-    let sine = Behavior::new(Shape::Sine, 0.0, 1.0, second).unwrap();
+    let sine = Behavior::new(SignalShape::Sine, 0.0, 1.0, second).unwrap();
     for kind in [ValueKind::Bool, ValueKind::DoublePoint] {
         let fault = Signal::new(1, "Q1", kind, sine).unwrap_err();
         assert!(fault.message().contains("'Q1'"), "{fault}");

@@ -163,11 +163,7 @@ fn read_verdict(raw: &abi::BusbarOverlayVerdict, text: &[u8], basis: &[u32]) -> 
     let range = |offset: u32, len: u32| offset as usize..offset as usize + len as usize;
     DrawnVerdict {
         equipment: raw.equipment as usize,
-        verdict: match raw.verdict {
-            abi::BUSBAR_VERDICT_NORMAL => Verdict::Normal,
-            abi::BUSBAR_VERDICT_ABNORMAL => Verdict::Abnormal,
-            _ => Verdict::Unknown,
-        },
+        verdict: Verdict::from_code(raw.verdict).unwrap_or(Verdict::Unknown),
         reason: String::from_utf8_lossy(&text[range(raw.reason_offset, raw.reason_len)])
             .into_owned(),
         severity: VerdictSeverity::from_bounds(
@@ -201,11 +197,7 @@ fn read(primitive: &abi::BusbarOverlayPrimitive, text: &[u8], into: &mut Drawing
         into.states.push(DrawnState { equipment, entry, binding });
         return;
     }
-    let severity = match primitive.severity {
-        abi::BUSBAR_SEVERITY_NORMAL => Severity::Normal,
-        abi::BUSBAR_SEVERITY_WARNING => Severity::Warning,
-        _ => Severity::Alarm,
-    };
+    let severity = Severity::from_code(primitive.severity).unwrap_or(Severity::Alarm);
     if primitive.kind == abi::BUSBAR_OVERLAY_TINT {
         into.tints.push((primitive.node, severity));
         return;
@@ -223,8 +215,8 @@ fn read(primitive: &abi::BusbarOverlayPrimitive, text: &[u8], into: &mut Drawing
 }
 
 fn value_to_abi(value: &TagValue) -> abi::BusbarTagValue {
-    let (kind, bits) = value.value.map_or((abi::BUSBAR_VALUE_NONE, 0), Value::to_abi);
-    let (quality, reason) = value.quality.to_abi();
+    let (kind, bits) = abi::value_codes(value.value);
+    let (quality, reason) = value.quality.codes();
     let age_millis = value.age.as_millis() as u64;
     abi::BusbarTagValue { kind, quality, reason, reserved: [0; 5], value: bits, age_millis }
 }

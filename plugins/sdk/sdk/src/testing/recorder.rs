@@ -7,7 +7,8 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
 
-use crate::{LinkState, Quality, Sample, SampleFlags, SampleSink, Value};
+use crate::value::{read_quality, read_value};
+use crate::{LinkState, Sample, SampleFlags, SampleSink, Value};
 
 /// Samples, and link reports, that a [`Recorder`] keeps; older ones go.
 pub const MAX_RECORDED: usize = 100_000;
@@ -197,8 +198,8 @@ fn from_abi(sample: &abi::BusbarSample) -> Sample {
     let nanos = sample.source_time_unix_nanos;
     Sample {
         tag: sample.tag,
-        value: Value::from_abi(sample.kind, sample.value),
-        quality: Quality::from_abi(sample.quality, sample.reason),
+        value: read_value(sample.kind, sample.value),
+        quality: read_quality(sample.quality, sample.reason),
         source_time: (nanos != abi::BUSBAR_NO_TIME).then(|| system_time(nanos)),
         flags: SampleFlags::from_bits(sample.flags),
     }

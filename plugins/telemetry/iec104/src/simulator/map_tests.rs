@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::TagSpec;
-use busbar_plugin_sdk::simulation::{Behavior, Shape};
+use busbar_plugin_sdk::simulation::{Behavior, SignalShape};
 use busbar_plugin_sdk::testing::tag_spec;
 use serde_json::json;
 
@@ -15,7 +15,8 @@ pub(crate) fn constant(
     address: serde_json::Value,
     base: f64,
 ) -> (TagSpec, Signal) {
-    let behaviour = Behavior::new(Shape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
+    let behaviour =
+        Behavior::new(SignalShape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
     moving(tag, kind, address, behaviour)
 }
 

@@ -1,5 +1,5 @@
 use busbar_plugin_sdk::ValueKind;
-use busbar_plugin_sdk::simulation::{Behavior, Shape};
+use busbar_plugin_sdk::simulation::{Behavior, SignalShape};
 use serde_json::json;
 
 use super::super::map::tests::{constant, map, moving};
@@ -172,7 +172,7 @@ fn requests_are_answered_as_the_standard_has_it() {
 
 #[test]
 fn changes_come_with_their_value_at_their_time() {
-    let behaviour = Behavior::new(Shape::Sine, 50.0, 10.0, Duration::from_secs(10)).unwrap();
+    let behaviour = Behavior::new(SignalShape::Sine, 50.0, 10.0, Duration::from_secs(10)).unwrap();
     let mut tags: Vec<_> =
         (1..=100).map(|ioa| moving(ioa, ValueKind::F64, json!({"ioa": ioa}), behaviour)).collect();
     tags.push(constant(101, ValueKind::F64, json!({"ioa": 101}), 1.0));
@@ -207,7 +207,7 @@ fn changes_come_with_their_value_at_their_time() {
 
 #[test]
 fn nothing_is_sent_after_stop_and_all_is_known_anew_after_start() {
-    let behaviour = Behavior::new(Shape::Counter, 0.0, 1e6, Duration::from_secs(1)).unwrap();
+    let behaviour = Behavior::new(SignalShape::Counter, 0.0, 1e6, Duration::from_secs(1)).unwrap();
     let mut client = Client::with_tags(&[moving(
         1,
         ValueKind::I64,

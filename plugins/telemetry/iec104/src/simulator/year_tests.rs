@@ -2,7 +2,7 @@
 //! day in which nothing does.
 
 use busbar_link::Dial;
-use busbar_plugin_sdk::simulation::{FaultPlan, Shape};
+use busbar_plugin_sdk::simulation::{FaultPlan, SignalShape};
 use busbar_plugin_sdk::testing::host;
 use busbar_plugin_sdk::{SampleSink, SimulatedTag, ValueKind};
 use serde_json::{Value as Json, json};
@@ -51,18 +51,18 @@ impl TwoConnections {
 
 /// All kinds, on two common addresses.
 fn tags() -> Vec<SimulatedTag> {
-    let sine = |base| (ValueKind::F64, json!({}), (Shape::Sine, base, 20.0, DAY));
+    let sine = |base| (ValueKind::F64, json!({}), (SignalShape::Sine, base, 20.0, DAY));
     let all: [(ValueKind, Json, SignalParameters); 10] = [
         sine(0.0),
         sine(100.0),
         sine(200.0),
         sine(300.0),
-        (ValueKind::I64, json!({}), (Shape::Counter, 0.0, 30_000.0, HOUR)),
-        (ValueKind::I64, json!({"type": "counter"}), (Shape::Counter, 0.0, 1e6, 4.0 * HOUR)),
-        (ValueKind::I64, json!({"type": "step"}), (Shape::Steps, 0.0, 20.0, 2.0 * HOUR)),
-        (ValueKind::Bool, json!({}), (Shape::Steps, 0.0, 0.0, HOUR)),
-        (ValueKind::Bool, json!({"bit": 9}), (Shape::Steps, 0.0, 0.0, 3.0 * HOUR)),
-        (ValueKind::DoublePoint, json!({}), (Shape::Steps, 0.0, 0.0, HOUR)),
+        (ValueKind::I64, json!({}), (SignalShape::Counter, 0.0, 30_000.0, HOUR)),
+        (ValueKind::I64, json!({"type": "counter"}), (SignalShape::Counter, 0.0, 1e6, 4.0 * HOUR)),
+        (ValueKind::I64, json!({"type": "step"}), (SignalShape::Steps, 0.0, 20.0, 2.0 * HOUR)),
+        (ValueKind::Bool, json!({}), (SignalShape::Steps, 0.0, 0.0, HOUR)),
+        (ValueKind::Bool, json!({"bit": 9}), (SignalShape::Steps, 0.0, 0.0, 3.0 * HOUR)),
+        (ValueKind::DoublePoint, json!({}), (SignalShape::Steps, 0.0, 0.0, HOUR)),
     ];
     let placed = (0_u32..).zip(all).map(|(tag, (kind, mut address, moves))| {
         address["ioa"] = json!(tag + 1);

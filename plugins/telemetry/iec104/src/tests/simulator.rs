@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
-use busbar_plugin_sdk::simulation::{Behavior, FaultPlan, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, FaultPlan, Signal, SignalShape};
 use busbar_plugin_sdk::{SimulatedTag, Simulation, Simulator};
 
 use super::peer;
@@ -22,7 +22,7 @@ fn simulated(
     ioa: u32,
     kind: ValueKind,
     more: serde_json::Value,
-    (shape, base, amplitude, period_seconds): (Shape, f64, f64, f64),
+    (shape, base, amplitude, period_seconds): (SignalShape, f64, f64, f64),
 ) -> SimulatedTag {
     let mut spec = tag(ioa, kind);
     let (Some(address), Some(more)) = (spec.address.as_object_mut(), more.as_object()) else {
@@ -54,14 +54,24 @@ fn start_device(tags: Vec<SimulatedTag>, update: Duration) -> Device {
 fn tags() -> Vec<SimulatedTag> {
     let none = json!({});
     vec![
-        simulated(1, ValueKind::F64, none.clone(), (Shape::Sine, 60.0, 20.0, 8.0)),
-        simulated(2, ValueKind::I64, none.clone(), (Shape::Walk, 0.0, 500.0, 3.0)),
-        simulated(3, ValueKind::Bool, none.clone(), (Shape::Steps, 0.0, 0.0, 0.7)),
-        simulated(4, ValueKind::DoublePoint, none.clone(), (Shape::Steps, 0.0, 0.0, 2.0)),
-        simulated(5, ValueKind::I64, json!({"type": "step"}), (Shape::Steps, 0.0, 20.0, 0.5)),
-        simulated(6, ValueKind::I64, json!({"type": "counter"}), (Shape::Counter, 0.0, 1e6, 0.5)),
-        simulated(7, ValueKind::Bool, json!({"bit": 9}), (Shape::Steps, 0.0, 0.0, 0.7)),
-        simulated(8, ValueKind::F64, json!({"scale": 0.01}), (Shape::Constant, 230.5, 0.0, 1.0)),
+        simulated(1, ValueKind::F64, none.clone(), (SignalShape::Sine, 60.0, 20.0, 8.0)),
+        simulated(2, ValueKind::I64, none.clone(), (SignalShape::Walk, 0.0, 500.0, 3.0)),
+        simulated(3, ValueKind::Bool, none.clone(), (SignalShape::Steps, 0.0, 0.0, 0.7)),
+        simulated(4, ValueKind::DoublePoint, none.clone(), (SignalShape::Steps, 0.0, 0.0, 2.0)),
+        simulated(5, ValueKind::I64, json!({"type": "step"}), (SignalShape::Steps, 0.0, 20.0, 0.5)),
+        simulated(
+            6,
+            ValueKind::I64,
+            json!({"type": "counter"}),
+            (SignalShape::Counter, 0.0, 1e6, 0.5),
+        ),
+        simulated(7, ValueKind::Bool, json!({"bit": 9}), (SignalShape::Steps, 0.0, 0.0, 0.7)),
+        simulated(
+            8,
+            ValueKind::F64,
+            json!({"scale": 0.01}),
+            (SignalShape::Constant, 230.5, 0.0, 1.0),
+        ),
     ]
 }
 
@@ -222,7 +232,7 @@ fn hat_sees_types_causes_and_times() {
 #[test]
 fn thousands_of_points_are_served_at_once() {
     const POINTS: u32 = 5000;
-    let walk = (Shape::Walk, 0.0, 1000.0, 5.0);
+    let walk = (SignalShape::Walk, 0.0, 1000.0, 5.0);
     let tags = (1..=POINTS).map(|ioa| simulated(ioa, ValueKind::F64, json!({}), walk)).collect();
     let device = start_device(tags, Duration::from_millis(100));
     let begun = Instant::now();

@@ -1,7 +1,7 @@
 use std::time::{Duration, UNIX_EPOCH};
 
 use busbar_plugin_sdk::TagSpec;
-use busbar_plugin_sdk::simulation::{Behavior, Shape};
+use busbar_plugin_sdk::simulation::{Behavior, SignalShape};
 use busbar_plugin_sdk::testing::tag_spec;
 use serde_json::json;
 
@@ -10,7 +10,8 @@ use crate::address;
 use crate::settings::Settings;
 
 fn constant(id: &str, kind: ValueKind, address: serde_json::Value, base: f64) -> (TagSpec, Signal) {
-    let behaviour = Behavior::new(Shape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
+    let behaviour =
+        Behavior::new(SignalShape::Constant, base, 0.0, Duration::from_secs(1)).unwrap();
     (tag_spec(0, id, kind, address), Signal::new(1, id, kind, behaviour).unwrap())
 }
 

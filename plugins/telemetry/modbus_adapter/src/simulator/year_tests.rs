@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use busbar_link::Dial;
-use busbar_plugin_sdk::simulation::{FaultPlan, Shape};
+use busbar_plugin_sdk::simulation::{FaultPlan, SignalShape};
 use busbar_plugin_sdk::testing::host;
 use busbar_plugin_sdk::{SampleSink, SimulatedTag, ValueKind};
 use serde_json::{Value as Json, json};
@@ -54,9 +54,9 @@ fn tags() -> Vec<SimulatedTag> {
         address
     };
     let bit = |table: &str, register: u16| json!({"table": table, "register": register});
-    let sine = |base: f64| (Shape::Sine, base, 20.0, DAY);
-    let counter = (Shape::Counter, 0.0, 50_000.0, HOUR);
-    let steps = (Shape::Steps, 0.0, 0.0, HOUR);
+    let sine = |base: f64| (SignalShape::Sine, base, 20.0, DAY);
+    let counter = (SignalShape::Counter, 0.0, 50_000.0, HOUR);
+    let steps = (SignalShape::Steps, 0.0, 0.0, HOUR);
     let all: [(ValueKind, Json, SignalParameters); 8] = [
         (ValueKind::F64, holding(0, "f32", ""), sine(0.0)),
         (ValueKind::F64, holding(2, "f32", "other"), sine(100.0)),

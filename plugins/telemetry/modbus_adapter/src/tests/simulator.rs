@@ -3,7 +3,7 @@
 use std::process::Command;
 use std::time::SystemTime;
 
-use busbar_plugin_sdk::simulation::{Behavior, FaultKind, FaultPlan, Shape, Signal};
+use busbar_plugin_sdk::simulation::{Behavior, FaultKind, FaultPlan, Signal, SignalShape};
 use busbar_plugin_sdk::{SimulatedTag, Simulation, Simulator};
 
 use super::*;
@@ -21,7 +21,7 @@ fn simulated(
     tag: u32,
     kind: ValueKind,
     address: serde_json::Value,
-    behaviour: (Shape, f64, f64, f64),
+    behaviour: (SignalShape, f64, f64, f64),
 ) -> SimulatedTag {
     let (shape, base, amplitude, period_seconds) = behaviour;
     let period = Duration::from_secs_f64(period_seconds);
@@ -51,39 +51,44 @@ fn start_device(tags: Vec<SimulatedTag>, faults: FaultPlan, timeout_millis: u64)
 /// Creates one tag for each way in which values lie in cells.
 fn tags() -> Vec<SimulatedTag> {
     let holding = |register: u16, format: &str| json!({"table": "holding", "register": register, "type": format});
-    let sine = (Shape::Sine, 60.0, 20.0, 8.0);
+    let sine = (SignalShape::Sine, 60.0, 20.0, 8.0);
     vec![
         simulated(0, ValueKind::F64, holding(0, "f32"), sine),
         simulated(
             1,
             ValueKind::F64,
             json!({"table": "input", "register": 100, "type": "i16", "scale": 0.1}),
-            (Shape::Walk, -20.0, 30.0, 3.0),
+            (SignalShape::Walk, -20.0, 30.0, 3.0),
         ),
-        simulated(2, ValueKind::I64, holding(6, "u32"), (Shape::Counter, 70_000.0, 5000.0, 0.5)),
+        simulated(
+            2,
+            ValueKind::I64,
+            holding(6, "u32"),
+            (SignalShape::Counter, 70_000.0, 5000.0, 0.5),
+        ),
         simulated(
             3,
             ValueKind::Bool,
             json!({"table": "coil", "register": 3}),
-            (Shape::Steps, 0.0, 0.0, 2.0),
+            (SignalShape::Steps, 0.0, 0.0, 2.0),
         ),
         simulated(
             4,
             ValueKind::DoublePoint,
             json!({"table": "discrete", "register": 10}),
-            (Shape::Steps, 0.0, 0.0, 4.0),
+            (SignalShape::Steps, 0.0, 0.0, 4.0),
         ),
         simulated(
             5,
             ValueKind::Bool,
             json!({"table": "holding", "register": 8, "bit": 3}),
-            (Shape::Constant, 1.0, 0.0, 1.0),
+            (SignalShape::Constant, 1.0, 0.0, 1.0),
         ),
         simulated(
             6,
             ValueKind::F64,
             json!({"table": "holding", "register": 9, "type": "f64", "word_order": "little", "unit": 7}),
-            (Shape::Walk, 1e6, 1e5, 5.0),
+            (SignalShape::Walk, 1e6, 1e5, 5.0),
         ),
     ]
 }
@@ -225,7 +230,7 @@ fn what_cannot_be_simulated_is_refused_in_words() {
     let elsewhere = start(settings("192.0.2.1", 15_020), tags());
     assert!(elsewhere.message().contains("name this machine"), "{elsewhere}");
     let small = json!({"table": "holding", "register": 0, "type": "i16", "scale": 0.001});
-    let tag = simulated(0, ValueKind::F64, small, (Shape::Sine, 60.0, 1.0, 1.0));
+    let tag = simulated(0, ValueKind::F64, small, (SignalShape::Sine, 60.0, 1.0, 1.0));
     let misfit = start(settings("127.0.0.1", 1), vec![tag]);
     assert!(misfit.message().contains("'tag0'") && misfit.message().contains("scale"), "{misfit}");
 }

@@ -1,7 +1,7 @@
 //! Values and qualities of cells.
 
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
-use text_table::{QualityWord, StateWords, find_quality, shorten, units_conflict};
+use text_table::{StateWords, find_quality, shorten, units_conflict};
 
 use super::config::CsvConfig;
 
@@ -106,9 +106,7 @@ pub(super) fn read_quality(text: &str, config: &CsvConfig) -> (Quality, Option<S
         return (*quality, None);
     }
     match find_quality(&lower) {
-        Some(QualityWord::Good) => (Quality::Good, None),
-        Some(QualityWord::Uncertain) => (Quality::Uncertain(Reason::Unknown), None),
-        Some(QualityWord::Bad) => (Quality::Bad(Reason::Unknown), None),
+        Some(level) => (Quality::new(level, Reason::Unknown), None),
         None => {
             let remark = format!(
                 "quality '{}' is not known: taken as bad; csv.qualities says what it is",

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use busbar_plugin_sdk::{Quality, Reason};
+use busbar_plugin_sdk::{Quality, QualityLevel, Reason};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use text_table::{
@@ -42,7 +42,7 @@ pub(crate) struct RawCsv {
     /// Column of the quality.
     quality: Option<Column>,
     /// Qualities of words and codes, before those that are known: `good`, `uncertain`, `bad`.
-    qualities: BTreeMap<String, RawQuality>,
+    qualities: BTreeMap<String, QualityLevel>,
     /// Character between cells: `,` `;` tab or `|`, or its name. Without it that of a line `sep=;`,
     /// else `;` beside a decimal comma and `,` beside a decimal point.
     #[schemars(length(min = 1, max = 9))]
@@ -76,25 +76,6 @@ pub(crate) struct RawCsv {
     /// Long form: names of rows by which the recorder says that it stopped, such as `$RT_OFF$` of
     /// WinCC; all tags are bad from there until their next row.
     stop_names: Vec<String>,
-}
-
-/// Quality of a word.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-enum RawQuality {
-    Good,
-    Uncertain,
-    Bad,
-}
-
-impl RawQuality {
-    fn quality(self) -> Quality {
-        match self {
-            Self::Good => Quality::Good,
-            Self::Uncertain => Quality::Uncertain(Reason::Unknown),
-            Self::Bad => Quality::Bad(Reason::Unknown),
-        }
-    }
 }
 
 impl Default for RawCsv {
@@ -184,7 +165,7 @@ impl RawCsv {
             qualities: self
                 .qualities
                 .iter()
-                .map(|(word, quality)| (lower(word), quality.quality()))
+                .map(|(word, quality)| (lower(word), Quality::new(*quality, Reason::Unknown)))
                 .collect(),
             dialect,
             numbers,

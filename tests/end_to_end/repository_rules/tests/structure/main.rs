@@ -30,6 +30,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_point_import",
             "busbar_process_heap",
             "busbar_scene_loader",
+            "busbar_types",
             "busbar_viewer",
             "busbar_viewer_server",
             "busbar_web",
@@ -55,11 +56,12 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_scene_overlays",
             "busbar_site",
             "busbar_tags",
+            "busbar_types",
             "busbar_ui",
         ],
     ),
-    ("busbar_alarms", &["busbar_overlay_picture", "busbar_tags"]),
-    ("busbar_audit_log", &["busbar_alarms", "busbar_tags"]),
+    ("busbar_alarms", &["busbar_overlay_picture", "busbar_tags", "busbar_types"]),
+    ("busbar_audit_log", &["busbar_alarms", "busbar_tags", "busbar_types"]),
     (
         "busbar_camera",
         &[
@@ -71,8 +73,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_ui",
         ],
     ),
-    ("busbar_chart", &[]),
-    ("busbar_client", &["busbar_protocol"]),
+    ("busbar_chart", &["busbar_types"]),
+    ("busbar_client", &["busbar_protocol", "busbar_types"]),
     (
         "busbar_commands",
         &[
@@ -88,15 +90,15 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_tags",
         ],
     ),
-    ("busbar_config", &[]),
+    ("busbar_config", &["busbar_types"]),
     ("busbar_culling", &["busbar_geometry"]),
     ("busbar_density", &["busbar_gpu", "busbar_shaders"]),
-    ("busbar_embed", &["busbar_client", "busbar_protocol"]),
+    ("busbar_embed", &["busbar_client", "busbar_protocol", "busbar_types"]),
     ("busbar_geometry", &[]),
     ("busbar_gltf_export", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gltf_import", &["busbar_geometry", "busbar_scene"]),
     ("busbar_gpu", &[]),
-    ("busbar_history", &["busbar_tags"]),
+    ("busbar_history", &["busbar_tags", "busbar_types"]),
     ("busbar_lod", &["busbar_geometry", "busbar_scene"]),
     (
         "busbar_plugin_check",
@@ -106,6 +108,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_geometry",
             "busbar_plugin_abi",
             "busbar_records",
+            "busbar_types",
         ],
     ),
     (
@@ -119,6 +122,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_records",
             "busbar_scene",
             "busbar_tags",
+            "busbar_types",
         ],
     ),
     (
@@ -132,13 +136,14 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_protocol",
             "busbar_records",
             "busbar_tags",
+            "busbar_types",
         ],
     ),
-    ("busbar_overlay_picture", &["busbar_tags"]),
-    ("busbar_point_import", &[]),
+    ("busbar_overlay_picture", &["busbar_tags", "busbar_types"]),
+    ("busbar_point_import", &["busbar_types"]),
     ("busbar_process_heap", &["busbar_huge_pages"]),
-    ("busbar_protocol", &[]),
-    ("busbar_records", &[]),
+    ("busbar_protocol", &["busbar_types"]),
+    ("busbar_records", &["busbar_types"]),
     (
         "busbar_renderer",
         &[
@@ -166,6 +171,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_scene",
             "busbar_stack_cache",
             "busbar_tags",
+            "busbar_types",
         ],
     ),
     (
@@ -181,6 +187,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_scene_loader",
             "busbar_site",
             "busbar_tags",
+            "busbar_types",
             "busbar_ui",
         ],
     ),
@@ -198,26 +205,28 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_plugin_process",
             "busbar_records",
             "busbar_tags",
+            "busbar_types",
         ],
     ),
     ("busbar_stack_cache", &["busbar_geometry"]),
-    ("busbar_tags", &[]),
-    ("busbar_ui", &["busbar_alarms", "busbar_chart", "busbar_records", "busbar_tags"]),
+    ("busbar_tags", &["busbar_types"]),
+    ("busbar_ui", &["busbar_chart", "busbar_records", "busbar_types"]),
     (
         "busbar_viewer_server",
         &[
             "busbar_alarms",
-            "busbar_plugin_host",
             "busbar_protocol",
             "busbar_scene_loader",
             "busbar_tags",
+            "busbar_types",
             "busbar_viewer",
         ],
     ),
-    ("busbar_web", &["busbar_client", "busbar_protocol"]),
-    ("busbar_plugin_abi", &[]),
+    ("busbar_web", &["busbar_client", "busbar_protocol", "busbar_types"]),
+    ("busbar_types", &[]),
+    ("busbar_plugin_abi", &["busbar_types"]),
     ("busbar_huge_pages", &[]),
-    ("busbar_plugin_sdk", &["busbar_huge_pages", "busbar_plugin_abi"]),
+    ("busbar_plugin_sdk", &["busbar_huge_pages", "busbar_plugin_abi", "busbar_types"]),
     ("condition", &["busbar_plugin_sdk"]),
     ("contour", &["busbar_plugin_sdk"]),
     ("csv_records", &["busbar_plugin_sdk", "record_source", "text_table"]),
@@ -242,7 +251,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("sf6_density", &["busbar_plugin_sdk"]),
     ("sql_adapter", &["busbar_link", "busbar_plugin_sdk", "text_table"]),
     ("sqlite_records", &["busbar_plugin_sdk", "record_source"]),
-    ("text_table", &[]),
+    ("text_table", &["busbar_types"]),
     ("switch_position", &["busbar_plugin_sdk"]),
     ("thermography", &["busbar_plugin_sdk"]),
     ("transformer_thermal", &["busbar_plugin_sdk"]),
@@ -328,6 +337,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_plugin_process",
             "busbar_scene_loader",
             "busbar_tags",
+            "busbar_types",
             "busbar_viewer",
             "document",
             "e2e",
@@ -335,7 +345,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     ("fuzz_corpus", &[]),
-    ("sites", &["busbar_plugin_host", "busbar_plugin_process", "busbar_tags", "document"]),
+    (
+        "sites",
+        &["busbar_plugin_host", "busbar_plugin_process", "busbar_tags", "busbar_types", "document"],
+    ),
     ("simulated_year", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
     (
         "traffic",
@@ -344,6 +357,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "busbar_plugin_process",
             "busbar_scene_loader",
             "busbar_tags",
+            "busbar_types",
             "busbar_viewer",
             "document",
         ],
@@ -400,6 +414,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_renderer",
             "busbar_scene",
             "busbar_scene_loader",
+            "busbar_types",
             "busbar_viewer",
             "corpus",
             "e2e",
@@ -412,7 +427,6 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     (
         "fuzz_corpus",
         &[
-            "busbar_alarms",
             "busbar_audit_log",
             "busbar_config",
             "busbar_geometry",
@@ -425,6 +439,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_protocol",
             "busbar_stack_cache",
             "busbar_tags",
+            "busbar_types",
             "busbar_web",
             "csv_records",
             "gas_analysis",
@@ -448,7 +463,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
     ("opcua", &["fault_proxy", "peer_process"]),
     ("corpus", &["busbar_gltf_import"]),
     ("quadric_collapse", &["busbar_geometry"]),
-    ("substation", &["busbar_config", "busbar_gltf_import"]),
+    ("substation", &["busbar_config", "busbar_gltf_import", "busbar_types"]),
     ("vulkan_faults", &["busbar_geometry", "busbar_gltf_export", "busbar_scene", "e2e"]),
 ];
 /// Crates from elsewhere that only these may import, in tests and examples too.
@@ -602,8 +617,16 @@ fn reserved_crates_are_imported_by_their_owners_alone() {
         assert!(used, "{reserved} is imported by nobody: take it off the table");
     }
     let abi = &packages["busbar_plugin_abi"];
-    let imports: Vec<_> = abi.imports.iter().filter(|(_, for_tests)| !for_tests).collect();
-    assert!(imports.is_empty(), "the ABI has no dependencies, but {imports:?}");
+    let imports = abi.imports.iter().filter(|(_, for_tests)| !for_tests).map(|(import, _)| import);
+    let imports: Vec<_> = imports.collect();
+    assert_eq!(imports, ["busbar_types"], "the ABI depends on the vocabulary alone");
+    let manifest = fs::read_to_string(packages["busbar_types"].folder.join("Cargo.toml"));
+    let manifest = manifest.expect("it is text");
+    let (_, table) = manifest.split_once("[dependencies]").expect("it has the table");
+    let table = table.split("\n[").next().unwrap_or_default();
+    let plain: Vec<_> =
+        table.lines().filter(|l| l.contains('=') && !l.contains("optional = true")).collect();
+    assert!(plain.is_empty(), "the vocabulary has no dependencies, but {plain:?}");
 }
 
 #[test]

@@ -1,20 +1,21 @@
 //! Reads a plugin's alarms beside the frames: a call may take as long as the plugin takes.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use busbar_alarms::{SourceAlarm, SourceReport};
 use busbar_plugin_host::PluginError;
 use busbar_plugin_process::{Plugin, RunningAlarms};
 
-/// Period of polling the plugin; alarms change on the screen no more often.
-const POLL_PERIOD: Duration = Duration::from_millis(500);
+use crate::plugin_poller::{PluginPoller, PolledCapability, SharedState};
 
-/// State shared with the polling thread.
-#[derive(Default)]
-struct State {
-    ends: bool,
+/// Alarms of a plugin, with the revision that is known.
+pub(super) struct PolledAlarms {
+    alarms: RunningAlarms,
+    known: u64,
+}
+
+/// Alarms as they were read, and how their source is.
+pub(super) struct ReadAlarms {
     /// Alarms that were read and not taken yet.
     new_alarms: Option<Vec<SourceAlarm>>,
     health: SourceHealth,
@@ -31,81 +32,44 @@ pub(super) struct SourceHealth {
     pub(super) left_out: u64,
 }
 
-#[derive(Default)]
-struct Shared {
-    state: Mutex<State>,
-    changed: Condvar,
-}
-
-impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+impl Default for ReadAlarms {
+    fn default() -> Self {
+        let fault = Some("not asked yet".to_owned());
+        Self { new_alarms: None, health: SourceHealth { fault, ..SourceHealth::default() } }
     }
 }
 
-/// Alarms that are read on a thread of their own.
-pub(super) struct AlarmPoller {
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
-}
+impl PolledCapability for PolledAlarms {
+    const SUBJECT: &'static str = "alarms";
+    /// Alarms change on the screen no more often.
+    const PERIOD: Duration = Duration::from_millis(500);
+    type State = ReadAlarms;
 
-impl AlarmPoller {
-    pub(super) fn start(plugin: &Plugin) -> Result<Self, PluginError> {
-        let alarms = RunningAlarms::from_plugin(plugin)?;
-        let shared = Arc::new(Shared::default());
-        shared.state().health.fault = Some("not asked yet".to_owned());
-        let (theirs, plugin) = (shared.clone(), plugin.clone());
-        let id = plugin.info().id.clone();
-        let work = move || run(&plugin, &alarms, &theirs);
-        let thread = std::thread::Builder::new().name("alarms".into()).spawn(work);
-        let thread = thread.map_err(|error| PluginError::Failed {
-            id,
-            settings_at_fault: false,
-            message: format!("no thread can be started to read its alarms: {error}"),
-        })?;
-        Ok(Self { shared, thread: Some(thread) })
+    fn from_plugin(plugin: &Plugin) -> Result<Self, PluginError> {
+        Ok(Self { alarms: RunningAlarms::from_plugin(plugin)?, known: 0 })
     }
 
-    /// The alarms, if they were read anew since the last call; and how the source is.
-    pub(super) fn take(&self) -> (Option<Vec<SourceAlarm>>, SourceHealth) {
-        let mut state = self.shared.state();
-        (state.new_alarms.take(), state.health.clone())
+    fn forget(&mut self) {
+        self.known = 0;
     }
-}
 
-impl Drop for AlarmPoller {
-    fn drop(&mut self) {
-        self.shared.state().ends = true;
-        self.shared.changed.notify_all();
-        if let Some(thread) = self.thread.take() {
-            // It ends with its call, which has a deadline.
-            let _ = thread.join();
-        }
-    }
-}
-
-fn run(plugin: &Plugin, alarms: &RunningAlarms, shared: &Shared) {
-    let (mut known, mut deaths) = (0, 0);
-    loop {
-        // What another process counts may be the same by chance.
-        let died = plugin.status().deaths;
-        known = if died == deaths { known } else { 0 };
-        deaths = died;
-        let read = alarms.read(known);
-        let mut state = shared.state();
-        match read {
-            Ok(report) => take(report, &mut known, &mut state),
+    fn poll(&mut self, _plugin: &Plugin, shared: &SharedState<ReadAlarms>) {
+        let read = self.alarms.read(self.known);
+        shared.with(|state| match read {
+            Ok(report) => take(report, &mut self.known, state),
             Err(error) => state.health.fault = Some(error.to_string()),
-        }
-        let is_running = |state: &mut State| !state.ends;
-        let waited = shared.changed.wait_timeout_while(state, POLL_PERIOD, is_running);
-        if waited.unwrap_or_else(PoisonError::into_inner).0.ends {
-            return;
-        }
+        });
     }
 }
 
-fn take(report: SourceReport, known: &mut u64, state: &mut State) {
+/// Takes the alarms, if they were read anew since the last call; and how the source is.
+pub(super) fn take_alarms(
+    poller: &PluginPoller<PolledAlarms>,
+) -> (Option<Vec<SourceAlarm>>, SourceHealth) {
+    poller.with(|state| (state.new_alarms.take(), state.health.clone()))
+}
+
+fn take(report: SourceReport, known: &mut u64, state: &mut ReadAlarms) {
     let SourceReport { revision, heard_millis, fault, left_out, alarms } = report;
     let last_heard =
         heard_millis.and_then(|ago| Instant::now().checked_sub(Duration::from_millis(ago)));

@@ -6,6 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use busbar_types::{Origin, Priority};
 use busbar_alarms::{
     AlarmNotification, DeliveryState, MAX_BATCH_CHANGES, NotificationBatch, NotificationReport,
     StandingAlarms,
@@ -286,8 +287,8 @@ fn hand_over_all(plugin: &Plugin, notifier: &RunningNotifier, shared: &Shared) {
 
 #[cfg(test)]
 mod tests {
-    use busbar_alarms::{AlarmChange, Priority, State as AlarmState};
-    use busbar_tags::{Origin, SourceTime};
+    use busbar_alarms::{AlarmChange, State as AlarmState};
+    use busbar_tags::SourceTime;
 
     use super::*;
 

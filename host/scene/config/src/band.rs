@@ -1,21 +1,4 @@
-//! Types of tags' values, and bands of them.
-
-use schemars::JsonSchema;
-use serde::Deserialize;
-
-/// Type of a tag's value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum TagType {
-    /// A number with fraction.
-    F64,
-    /// Type of whole numbers.
-    I64,
-    /// Type of on and off.
-    Bool,
-    /// A switch position: intermediate, off, on, or faulty.
-    DoublePoint,
-}
+//! Bands of values, open at either end.
 
 /// An interval, open where a bound is missing. `low` is less than `high`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
