@@ -4,14 +4,16 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_alarms::{AlarmSet, AlarmSource, AlarmSpec, AlarmTemplate, Condition, TagCondition, VerdictCondition};
+use busbar_alarms::{
+    AlarmSet, AlarmSource, AlarmSpec, AlarmTemplate, Condition, TagCondition, VerdictCondition,
+};
 use busbar_config::{
     AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, StateConfig, TagConditionConfig,
     join_pointer,
 };
-use busbar_types::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{TagHandle, TagSet};
+use busbar_types::Severity;
 use busbar_types::Value;
 
 use crate::bindings;

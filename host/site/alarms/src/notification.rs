@@ -1,7 +1,7 @@
 //! Notifications: changes of alarms that plugins tell to people who are not in the room.
 
-use busbar_types::{Origin};
 use busbar_tags::SourceTime;
+use busbar_types::Origin;
 use serde::{Deserialize, Serialize};
 
 use crate::record::origin_names;

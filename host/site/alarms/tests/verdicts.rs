@@ -4,9 +4,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_alarms::{AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable, AlarmTemplate, Condition, TagCondition, VerdictCondition, VerdictInput};
-use busbar_types::{AlarmAction, AlarmState, Origin, Priority, Quality, Severity, Value, ValueKind};
+use busbar_alarms::{
+    AlarmEvent, AlarmHandle, AlarmRecord, AlarmSet, AlarmSource, AlarmSpec, AlarmTable,
+    AlarmTemplate, Condition, TagCondition, VerdictCondition, VerdictInput,
+};
 use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
+use busbar_types::{
+    AlarmAction, AlarmState, Origin, Priority, Quality, Severity, Value, ValueKind,
+};
 use fastrand::Rng;
 
 const START: Moment = Moment(1 << 40);

@@ -10,9 +10,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use busbar_types::{AlarmState, Origin, Value};
-use busbar_alarms::{AlarmChange, AlarmHandle, AlarmNotification, AlarmRecord, AlarmSource, AlarmTable, MAX_STANDING_ALARMS, StandingAlarms};
+use busbar_alarms::{
+    AlarmChange, AlarmHandle, AlarmNotification, AlarmRecord, AlarmSource, AlarmTable,
+    MAX_STANDING_ALARMS, StandingAlarms,
+};
 use busbar_tags::{Moment, SourceTime, TagSet};
+use busbar_types::{AlarmState, Origin, Value};
 
 use self::handover::Handover;
 pub(crate) use self::handover::NotifierHealth;

@@ -4,12 +4,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use busbar_types::{Origin};
 use busbar_alarms::{
     AlarmHandle, AlarmSource, AlarmTable, AlarmTemplate, MAX_ALARMS, VerdictInput,
 };
 use busbar_overlay_picture::OverlayDescription;
 use busbar_tags::{Snapshot, TagSet};
+use busbar_types::Origin;
 
 use crate::equipment::{EquipmentDirectory, EquipmentNumber};
 use crate::overlay_instance::OverlayInstance;

@@ -149,7 +149,8 @@ impl AlarmListRows<'_> {
     ) -> (Vec<AlarmRow>, usize) {
         let Some(alarm_service) = self.alarm_service else { return (Vec::new(), 0) };
         let state = |alarm| alarm_service.table().status(alarm).map(|status| status.state);
-        let is_open = |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != AlarmState::Normal);
+        let is_open =
+            |alarm: &&AlarmHandle| state(**alarm).is_some_and(|s| s != AlarmState::Normal);
         let of_templates =
             nodes.iter().flat_map(|node| alarm_service.of_templates_at(number_of(*node)));
         let all = || alarms.iter().chain(of_templates.clone());

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use busbar_alarms::{AlarmRecord, AlarmSource, Condition, TagCondition, VerdictCondition};
-use busbar_types::Severity;
 use busbar_tags::{SourceTime, TagSet};
+use busbar_types::Severity;
 
 use crate::panel_rows::value_text;
 

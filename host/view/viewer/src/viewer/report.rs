@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use busbar_types::VerdictSeverity;
 use busbar_scene::NodeIndex;
 use busbar_site::OverlayVerdicts;
 use busbar_tags::{EventLog, Snapshot};
+use busbar_types::VerdictSeverity;
 
 use super::Viewer;
 use crate::panel_rows::TagListRows;

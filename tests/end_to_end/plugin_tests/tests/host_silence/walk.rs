@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use busbar_types::{DoublePoint, Quality, Reason, Value};
 use busbar_scene_loader::LoadedScene;
+use busbar_types::{DoublePoint, Quality, Reason, Value};
 use busbar_viewer::reload::PreparedReload;
 use busbar_viewer::{AlarmAction, AlarmState, HostTagValue, RendererOptions, Stats, Viewer};
 use e2e::Scene;

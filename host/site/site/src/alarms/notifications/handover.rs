@@ -6,13 +6,13 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use busbar_types::{Origin, Priority};
 use busbar_alarms::{
     AlarmNotification, DeliveryState, MAX_BATCH_CHANGES, NotificationBatch, NotificationReport,
     StandingAlarms,
 };
 use busbar_plugin_host::{LinkReport, LinkState};
 use busbar_plugin_process::{Plugin, RunningNotifier};
+use busbar_types::{Origin, Priority};
 
 /// Changes that wait for one plugin; further ones are counted, and the plugin is told.
 const MAX_WAITING_CHANGES: usize = 10_000;
