@@ -154,7 +154,7 @@ fn put<T>(map: &mut BTreeMap<String, T>, key: &str, value: T, limit: usize) -> b
 
 #[cfg(test)]
 mod tests {
-    use busbar_types::{QualityLevel, Value};
+    use busbar_types::{Origin, QualityLevel, Value};
 
     use super::*;
 
@@ -188,7 +188,7 @@ mod tests {
             state,
             since: 1,
             standing: "{}".into(),
-            origins: Vec::new(),
+            origin: Origin::LIVE,
             reason: String::new(),
         };
         desired.note_alarm(&snapshot(AlarmState::Shelved));

@@ -192,7 +192,7 @@ mod tests {
             state,
             since: 1,
             standing,
-            origins: Vec::new(),
+            origin: Origin::LIVE,
             reason,
         })
     }

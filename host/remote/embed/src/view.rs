@@ -135,8 +135,7 @@ fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEven
         Event::Alarm(snapshot) => {
             told.alarm_state = alarm_state(snapshot.state);
             told.unix_nanos = snapshot.since;
-            let origins = snapshot.origins.into_iter();
-            told.origins = origins.fold(0, |all, origin| all | origin_bit(origin));
+            told.origins = origin_bits(snapshot.origin);
             (Kind::Alarm, snapshot.alarm, snapshot.reason)
         }
         Event::AlarmRequested { alarm, action } => {

@@ -254,8 +254,10 @@ pub struct AlarmSnapshot {
     pub since: i64,
     /// Complete state of the alarm as JSON, for the next viewer.
     pub standing: String,
-    /// Origins of the value or verdict by which it came or went last; none where that is live.
-    pub origins: Vec<TagOrigin>,
+    /// Origins of the value or verdict by which it came or went last; on the wire as those of a
+    /// tag.
+    #[serde(with = "crate::origin_list")]
+    pub origin: Origin,
     /// Reason of the verdict by which it came or went last, with what is assumed; empty of an
     /// alarm on a tag.
     pub reason: String,

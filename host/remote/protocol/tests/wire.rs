@@ -64,8 +64,10 @@ fn states_qualities_and_requests_that_a_viewer_reports() {
         state: AlarmState::Shelved,
         since: -1,
         standing: "{}".into(),
+        origin: Origin::SIMULATED,
+        reason: String::new(),
     };
-    assert_eq!(body(&ViewerMessage::Alarm(alarm)), [6, 1, b'a', 6, 1, 2, b'{', b'}']);
+    assert_eq!(body(&ViewerMessage::Alarm(alarm)), [6, 1, b'a', 6, 1, 2, b'{', b'}', 1, 2, 0]);
     let request = |action| ViewerMessage::AlarmRequested { alarm: "a".into(), action };
     assert_eq!(body(&request(AlarmRequest::Acknowledge)), [7, 1, b'a', 0]);
     assert_eq!(body(&request(AlarmRequest::Shelve(60))), [7, 1, b'a', 1, 60]);

@@ -7,7 +7,7 @@ use std::time::Duration;
 use busbar_alarms::{AlarmSet, AlarmSource, AlarmSpec, AlarmTemplate, Condition, TagCondition, VerdictCondition};
 use busbar_config::{
     AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, StateConfig, TagConditionConfig,
-    join_pointer,
+    VerdictSeverityConfig, join_pointer,
 };
 use busbar_types::Severity;
 use busbar_scene::{NodeIndex, SceneGraph};

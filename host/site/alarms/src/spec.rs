@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use busbar_types::Severity;
 use busbar_tags::TagHandle;
 use busbar_types::Priority;
+use busbar_types::Severity;
 
 use crate::Condition;
 

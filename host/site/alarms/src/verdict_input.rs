@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use busbar_types::{Origin};
 use busbar_tags::SourceTime;
+use busbar_types::Origin;
 
 use crate::AlarmHandle;
 

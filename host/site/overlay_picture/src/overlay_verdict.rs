@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use busbar_tags::TagHandle;
-use busbar_types::Verdict;
+use busbar_types::{Verdict, VerdictSeverity};
 use serde::{Deserialize, Serialize};
 
 use crate::overlay_binding::MAX_PART_BYTES;

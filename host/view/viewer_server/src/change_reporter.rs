@@ -77,7 +77,7 @@ impl ChangeReporter {
                 state,
                 since: since.0,
                 standing: serde_json::to_string(&standing).unwrap_or_default(),
-                origins: origins(origin),
+                origin,
                 reason,
             })
         }));

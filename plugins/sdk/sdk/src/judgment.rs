@@ -1,5 +1,6 @@
 //! Judgments of overlays on equipment: normal, abnormal, or unknown with a reason.
 
+use busbar_plugin_abi as abi;
 use busbar_types::{Verdict, VerdictSeverity};
 
 /// Returns the bits of a severity among the flags of a verdict.

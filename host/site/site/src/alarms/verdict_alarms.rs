@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use busbar_types::{Origin};
+use busbar_types::{Origin, Severity};
 use busbar_alarms::{
     AlarmHandle, AlarmSource, AlarmTable, AlarmTemplate, MAX_ALARMS, VerdictInput,
 };

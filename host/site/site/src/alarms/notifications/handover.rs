@@ -6,7 +6,6 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use busbar_types::{Origin, Priority};
 use busbar_alarms::{
     AlarmNotification, DeliveryState, MAX_BATCH_CHANGES, NotificationBatch, NotificationReport,
     StandingAlarms,
@@ -287,8 +286,10 @@ fn hand_over_all(plugin: &Plugin, notifier: &RunningNotifier, shared: &Shared) {
 
 #[cfg(test)]
 mod tests {
-    use busbar_alarms::{AlarmChange, State as AlarmState};
+    use busbar_alarms::AlarmChange;
     use busbar_tags::SourceTime;
+
+    use busbar_types::{AlarmState, Origin, Priority};
 
     use super::*;
 
