@@ -3,7 +3,7 @@
 use busbar_overlay_picture::{MAX_PART_BYTES, OverlayBinding, VerdictRating, Verdicts};
 use busbar_plugin_abi as abi;
 use busbar_tags::TagHandle;
-use busbar_types::Verdict;
+use busbar_types::{Verdict, VerdictSeverity};
 
 /// Reads verdicts from the buffers of a plugin.
 ///

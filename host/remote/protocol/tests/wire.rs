@@ -67,7 +67,10 @@ fn states_qualities_and_requests_that_a_viewer_reports() {
         origin: Origin::SIMULATED,
         reason: "r".into(),
     };
-    assert_eq!(body(&ViewerMessage::Alarm(alarm)), [6, 1, b'a', 6, 1, 2, b'{', b'}', 1, 2, 1, b'r']);
+    assert_eq!(
+        body(&ViewerMessage::Alarm(alarm)),
+        [6, 1, b'a', 6, 1, 2, b'{', b'}', 1, 2, 1, b'r']
+    );
     let request = |action| ViewerMessage::AlarmRequested { alarm: "a".into(), action };
     assert_eq!(body(&request(AlarmRequest::Acknowledge)), [7, 1, b'a', 0]);
     assert_eq!(body(&request(AlarmRequest::Shelve(60))), [7, 1, b'a', 1, 60]);

@@ -9,7 +9,7 @@ use busbar_alarms::{
 };
 use busbar_config::{
     AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, StateConfig, TagConditionConfig,
-    join_pointer,
+    VerdictSeverityConfig, join_pointer,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{TagHandle, TagSet};

@@ -1,11 +1,10 @@
 //! Notifications: changes of alarms that plugins tell to people who are not in the room.
 
 use busbar_tags::SourceTime;
-use busbar_types::Origin;
+use busbar_types::{AlarmState, Origin, Priority};
 use serde::{Deserialize, Serialize};
 
 use crate::record::origin_names;
-use crate::{Priority, State};
 
 /// Changes of one batch.
 pub const MAX_BATCH_CHANGES: usize = 256;
@@ -42,17 +41,19 @@ pub enum AlarmChange {
 
 impl AlarmChange {
     /// Returns the kind of a change between two states; none where nobody needs to be told.
-    pub fn between(from: State, to: State) -> Option<Self> {
-        let is_active = |state: State| matches!(state, State::Unacknowledged | State::Acknowledged);
+    pub fn between(from: AlarmState, to: AlarmState) -> Option<Self> {
+        let is_active = |state: AlarmState| {
+            matches!(state, AlarmState::Unacknowledged | AlarmState::Acknowledged)
+        };
         match (from, to) {
             _ if from == to => None,
-            (_, State::Shelved) => Some(Self::Shelved),
-            (_, State::SuppressedByDesign) => Some(Self::Suppressed),
-            (_, State::OutOfService) => Some(Self::RemovedFromService),
-            (State::Shelved, _) => Some(Self::Unshelved),
-            (State::SuppressedByDesign, _) => Some(Self::Unsuppressed),
-            (State::OutOfService, _) => Some(Self::ReturnedToService),
-            _ if to == State::Unacknowledged => Some(Self::Raised),
+            (_, AlarmState::Shelved) => Some(Self::Shelved),
+            (_, AlarmState::SuppressedByDesign) => Some(Self::Suppressed),
+            (_, AlarmState::OutOfService) => Some(Self::RemovedFromService),
+            (AlarmState::Shelved, _) => Some(Self::Unshelved),
+            (AlarmState::SuppressedByDesign, _) => Some(Self::Unsuppressed),
+            (AlarmState::OutOfService, _) => Some(Self::ReturnedToService),
+            _ if to == AlarmState::Unacknowledged => Some(Self::Raised),
             _ if to.is_unacknowledged() && !from.is_unacknowledged() => Some(Self::Raised),
             _ if from.is_unacknowledged() && !to.is_unacknowledged() => Some(Self::Acknowledged),
             _ if is_active(from) && !is_active(to) => Some(Self::Returned),
@@ -72,7 +73,7 @@ pub struct AlarmNotification {
     /// Kind of the change.
     pub change: AlarmChange,
     /// State after the change, the letter of IEC 62682.
-    pub state: State,
+    pub state: AlarmState,
     /// Priority of the alarm.
     pub priority: Priority,
     /// Time at which the alarm came, as far as it is known: with the id it names an occurrence.
@@ -188,7 +189,7 @@ mod tests {
 
     #[test]
     fn changes_of_state_are_told_by_their_kind() {
-        use State::{
+        use AlarmState::{
             Acknowledged, LatchedAcknowledged, LatchedUnacknowledged, Normal, OutOfService,
             ReturnedUnacknowledged, Shelved, SuppressedByDesign, Unacknowledged,
         };

@@ -180,7 +180,7 @@ impl AlarmTable {
     pub fn extend(&mut self, set: Arc<AlarmSet>) {
         debug_assert!(set.specs().starts_with(self.set.specs()), "alarms keep their handles");
         for spec in set.specs().iter().skip(self.cells.len()) {
-            self.counts[spec.priority as usize].0[State::Normal as usize] += 1;
+            self.counts[spec.priority as usize].0[AlarmState::Normal as usize] += 1;
             self.cells.push(Cell::new(spec));
         }
         self.groups.resize(set.group_count() as usize, Group::default());

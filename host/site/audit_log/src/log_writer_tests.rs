@@ -10,13 +10,13 @@ use super::*;
 use crate::memory_storage::MemoryStorage;
 use crate::{Verification, probe, verify};
 
-pub(crate) fn record(number: u64, alarm: &str, to: State) -> AlarmRecord {
+pub(crate) fn record(number: u64, alarm: &str, to: AlarmState) -> AlarmRecord {
     AlarmRecord {
         number,
         time: SourceTime(number as i64),
         alarm: alarm.into(),
         happened: AlarmEvent::Occurred,
-        from: State::Normal,
+        from: AlarmState::Normal,
         to,
         standing: AlarmFlags::from_state(to, None),
         operator: Some("Ö. Operator".into()),
@@ -80,9 +80,9 @@ fn check_holds(folder: &TempDir, bytes: &[u8]) {
 fn records_are_there_again() {
     let folder = tempfile::tempdir().unwrap();
     let records = [
-        record(1, "a", State::Unacknowledged),
-        record(2, "b", State::Unacknowledged),
-        record(3, "a", State::Normal),
+        record(1, "a", AlarmState::Unacknowledged),
+        record(2, "b", AlarmState::Unacknowledged),
+        record(3, "a", AlarmState::Normal),
     ];
     let (mut writer, found) = open(&folder);
     assert_eq!((found.last_number, found.remarks.len()), (0, 0));
@@ -101,9 +101,9 @@ fn records_are_there_again() {
 fn a_line_that_was_cut_short_anywhere_is_kept_aside_and_the_next_one_is_whole() {
     let folder = tempfile::tempdir().unwrap();
     let (mut writer, _) = open(&folder);
-    append(&mut writer, &[record(1, "a", State::Unacknowledged)]);
+    append(&mut writer, &[record(1, "a", AlarmState::Unacknowledged)]);
     let first = fs::read(newest(&folder)).unwrap().len();
-    append(&mut writer, &[record(2, "b", State::Unacknowledged)]);
+    append(&mut writer, &[record(2, "b", AlarmState::Unacknowledged)]);
     drop(writer);
     let whole = fs::read(newest(&folder)).unwrap();
     for length in first..whole.len() {
@@ -113,7 +113,7 @@ fn a_line_that_was_cut_short_anywhere_is_kept_aside_and_the_next_one_is_whole() 
         let (mut writer, found) = open(&folder);
         assert_eq!(found.last_number, 1, "{length} bytes");
         assert_eq!(found.remarks.len(), usize::from(length > first));
-        append(&mut writer, &[record(2, "c", State::Unacknowledged)]);
+        append(&mut writer, &[record(2, "c", AlarmState::Unacknowledged)]);
         drop(writer);
         check_holds(&folder, &whole[..length]);
         let found = open(&folder).1;
@@ -128,7 +128,7 @@ fn damage_in_the_middle_is_told_and_kept_and_the_rest_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let (mut writer, _) = open(&folder);
     let records: Vec<_> =
-        (1..=3).map(|n| record(n, &n.to_string(), State::Unacknowledged)).collect();
+        (1..=3).map(|n| record(n, &n.to_string(), AlarmState::Unacknowledged)).collect();
     append(&mut writer, &records);
     drop(writer);
     let mut bytes = fs::read(newest(&folder)).unwrap();
@@ -139,7 +139,7 @@ fn damage_in_the_middle_is_told_and_kept_and_the_rest_is_read() {
     assert!(found.open.keys().eq(["1", "3"]));
     let remarks = found.remarks.join("; ");
     assert!(remarks.contains("1 damaged lines") && remarks.contains("1 records in it are missing"));
-    append(&mut writer, &[record(4, "4", State::Unacknowledged)]);
+    append(&mut writer, &[record(4, "4", AlarmState::Unacknowledged)]);
     drop(writer);
     check_holds(&folder, &bytes);
     assert!(files(&folder).contains_key("alarms.00000001.quarantine.jsonl"));
@@ -158,7 +158,7 @@ fn lines_of_a_newer_release_are_kept_and_told_and_their_numbers_count() {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("log")).unwrap();
         let old: Vec<u8> =
-            (1..=2).flat_map(|n| old_line(&record(n, "a", State::Unacknowledged))).collect();
+            (1..=2).flat_map(|n| old_line(&record(n, "a", AlarmState::Unacknowledged))).collect();
         let lines: Vec<u8> = (3..=2849).flat_map(|number| newer(number, version)).collect();
         let bytes = [old, lines].concat();
         fs::write(newest(&folder), &bytes).unwrap();
@@ -169,7 +169,7 @@ fn lines_of_a_newer_release_are_kept_and_told_and_their_numbers_count() {
         assert!(found.remarks[0].contains(told), "{:?}", found.remarks);
         assert!(found.open.keys().eq(["a"]));
         let next = found.last_number + 1;
-        append(&mut writer, &[record(next, "b", State::Unacknowledged)]);
+        append(&mut writer, &[record(next, "b", AlarmState::Unacknowledged)]);
         drop(writer);
         check_holds(&folder, &bytes);
         let found = open(&folder).1;
@@ -182,7 +182,9 @@ fn a_log_without_chain_is_read_and_the_chain_begins_behind_it() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("log")).unwrap();
     let lines = |numbers: std::ops::RangeInclusive<u64>| -> Vec<u8> {
-        numbers.flat_map(|n| old_line(&record(n, &n.to_string(), State::Unacknowledged))).collect()
+        numbers
+            .flat_map(|n| old_line(&record(n, &n.to_string(), AlarmState::Unacknowledged)))
+            .collect()
     };
     let (older, newer) = (lines(1..=4), lines(5..=7));
     fs::write(newest(&folder).with_file_name("alarms.1.jsonl"), &older).unwrap();
@@ -190,7 +192,7 @@ fn a_log_without_chain_is_read_and_the_chain_begins_behind_it() {
     assert!(verified(&folder).notes[0].contains("there is no chain"));
     let (mut writer, found) = open(&folder);
     assert_eq!((found.last_number, found.remarks, found.tail.len()), (7, Vec::new(), 3));
-    append(&mut writer, &[record(8, "8", State::Unacknowledged)]);
+    append(&mut writer, &[record(8, "8", AlarmState::Unacknowledged)]);
     drop(writer);
     let of = files(&folder);
     assert_eq!((&of["alarms.1.jsonl"], &of["alarms.00000001.jsonl"]), (&older, &newer));
@@ -205,9 +207,10 @@ fn a_log_without_chain_is_read_and_the_chain_begins_behind_it() {
 fn files_are_bounded_and_the_newest_tells_how_all_alarms_stand() {
     let folder = tempfile::tempdir().unwrap();
     let (mut writer, _) = open(&folder);
-    append(&mut writer, &[record(1, "long ago", State::OutOfService)]);
+    append(&mut writer, &[record(1, "long ago", AlarmState::OutOfService)]);
     for number in 2..=500_u64 {
-        let state = if number.is_multiple_of(2) { State::Unacknowledged } else { State::Normal };
+        let state =
+            if number.is_multiple_of(2) { AlarmState::Unacknowledged } else { AlarmState::Normal };
         append(&mut writer, &[record(number, "bell", state)]);
     }
     drop(writer);
@@ -229,7 +232,7 @@ fn faults_push_no_full_file_out() {
         assert_eq!(found.last_number, number);
         for _ in 0..count {
             number += 1;
-            append(&mut writer, &[record(number, "a", State::Unacknowledged)]);
+            append(&mut writer, &[record(number, "a", AlarmState::Unacknowledged)]);
         }
     };
     fill(20);
@@ -248,7 +251,7 @@ fn faults_push_no_full_file_out() {
 fn a_crash_between_two_renames_loses_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let (mut writer, _) = open(&folder);
-    append(&mut writer, &[record(1, "a", State::Shelved), record(2, "b", State::Normal)]);
+    append(&mut writer, &[record(1, "a", AlarmState::Shelved), record(2, "b", AlarmState::Normal)]);
     drop(writer);
     // As if the last rename of a beginning had not been made; or that of an older release.
     for _ in 0..2 {
@@ -259,7 +262,7 @@ fn a_crash_between_two_renames_loses_nothing() {
         assert_eq!((found.last_number, found.remarks), (2, Vec::new()));
     }
     let (mut writer, _) = open(&folder);
-    append(&mut writer, &[record(3, "c", State::Unacknowledged)]);
+    append(&mut writer, &[record(3, "c", AlarmState::Unacknowledged)]);
     drop(writer);
     assert_eq!(open(&folder).1.remarks, Vec::<String>::new());
 }
@@ -269,7 +272,7 @@ fn a_newest_file_that_is_missing_is_told_and_numbers_go_on() {
     let folder = tempfile::tempdir().unwrap();
     let (mut writer, _) = open(&folder);
     for number in 1..=30 {
-        append(&mut writer, &[record(number, &number.to_string(), State::Unacknowledged)]);
+        append(&mut writer, &[record(number, &number.to_string(), AlarmState::Unacknowledged)]);
     }
     let begun = writer.current.as_ref().unwrap().number;
     drop(writer);
@@ -290,9 +293,9 @@ fn a_newest_file_that_is_missing_is_told_and_numbers_go_on() {
 fn a_file_that_is_taken_away_while_it_is_written_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let (mut writer, _) = open(&folder);
-    append(&mut writer, &[record(1, "a", State::Unacknowledged)]);
+    append(&mut writer, &[record(1, "a", AlarmState::Unacknowledged)]);
     fs::remove_file(newest(&folder)).unwrap();
-    append(&mut writer, &[record(2, "b", State::Unacknowledged)]);
+    append(&mut writer, &[record(2, "b", AlarmState::Unacknowledged)]);
     drop(writer);
     assert!(open(&folder).1.open.keys().eq(["a", "b"]));
     let faults = verified(&folder).faults.join("; ");
@@ -312,7 +315,7 @@ fn a_full_disk_loses_nothing_and_cuts_nothing_off() {
         let (mut writer, _) = open();
         storage.set_free(Some(free));
         let records: Vec<_> =
-            (1..=3).map(|n| record(n, &n.to_string(), State::Unacknowledged)).collect();
+            (1..=3).map(|n| record(n, &n.to_string(), AlarmState::Unacknowledged)).collect();
         for record in &records {
             writer.stage(vec![record.clone()]);
             let before = storage.files();
@@ -372,7 +375,7 @@ fn a_trial_writes_nothing_and_finds_what_is_in_the_way() {
     assert_eq!(crate::inspect(&rules).unwrap(), Vec::<String>::new());
     assert!(!rules.directory.exists());
     let (mut writer, _) = open(&folder);
-    append(&mut writer, &[record(1, "a", State::Unacknowledged)]);
+    append(&mut writer, &[record(1, "a", AlarmState::Unacknowledged)]);
     drop(writer);
     fs::write(newest(&folder), [fs::read(newest(&folder)).unwrap(), b"torn".to_vec()].concat())
         .unwrap();

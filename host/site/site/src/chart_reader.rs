@@ -90,7 +90,7 @@ impl PolledCapability for PolledChart {
 
     fn answer(&mut self, shared: &SharedState<ReadChart>) {
         let Some(question) = self.asked.take() else { return };
-        let answer = self.chart.explain(&question.equipment, question.unix_nanos);
+        let answer = self.chart.explain(question.equipment.clone(), question.unix_nanos);
         let answer = answer.map_err(|error| error.to_string());
         shared.with(|state| state.explained = Some((question, answer)));
     }

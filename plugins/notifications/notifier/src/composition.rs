@@ -1,6 +1,6 @@
 //! Composition of messages: subject and text. What is not live says so in both.
 
-use busbar_plugin_sdk::{AlarmChange, AlarmNotification, AlarmPriority, AlarmState};
+use busbar_plugin_sdk::{AlarmChange, AlarmNotification, AlarmState, Priority};
 use jiff::Timestamp;
 
 /// Alarms that a digest lists; further ones are counted.
@@ -152,7 +152,7 @@ fn describe((alarm, stage, repetitions): &Part) -> String {
 fn digest_headline(parts: &[Part]) -> String {
     let is_alarm = |part: &&Part| part.1 != Stage::FollowUp;
     let alarms: Vec<&Part> = parts.iter().filter(is_alarm).collect();
-    let counts = AlarmPriority::ALL.into_iter().filter_map(|priority| {
+    let counts = Priority::ALL.into_iter().filter_map(|priority| {
         let count = alarms.iter().filter(|(alarm, ..)| alarm.priority == priority).count();
         (count > 0).then(|| format!("{count} {}", priority.name()))
     });

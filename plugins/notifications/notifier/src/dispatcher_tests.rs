@@ -1,4 +1,4 @@
-use busbar_plugin_sdk::{AlarmOrigin, AlarmPriority, AlarmState};
+use busbar_plugin_sdk::{AlarmOrigin, AlarmState, Priority};
 use serde_json::{Value, json};
 
 use super::*;
@@ -26,7 +26,7 @@ fn alarm(id: &str, change: AlarmChange, state: AlarmState) -> AlarmNotification 
         alarm: id.to_owned(),
         change,
         state,
-        priority: AlarmPriority::High,
+        priority: Priority::High,
         occurred: 1_700_000_000_000_000_000,
         time: 1_700_000_000_000_000_000,
         place: vec!["=S12".to_owned(), "=S12D1".to_owned(), "=S12D1T1".to_owned()],
@@ -118,7 +118,7 @@ fn recipients_are_told_by_area_and_priority() {
     let told: Vec<_> = desk.send().into_iter().map(|(recipient, _)| recipient).collect();
     assert_eq!(told, ["all", "above", "begins", "group"]);
     desk.now += 2 * MINUTE;
-    desk.take(vec![AlarmNotification { priority: AlarmPriority::Critical, ..raised("Fire") }]);
+    desk.take(vec![AlarmNotification { priority: Priority::Critical, ..raised("Fire") }]);
     assert!(desk.send().iter().any(|(recipient, _)| recipient == "critical"));
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use busbar_link::{Endpoint, SettingsFaults, TlsFiles, TlsSettings};
 use busbar_plugin_sdk::{
-    AlarmNotification, AlarmOrigin, AlarmPriority, Error, Secret, state_file_fault,
+    AlarmNotification, AlarmOrigin, Error, Priority, Secret, state_file_fault,
 };
 use lettre::Address;
 use lettre::message::Mailbox;
@@ -89,7 +89,7 @@ struct RawRecipient {
     areas: Vec<String>,
     /// Lowest priority of alarms that the recipient is told of.
     #[serde(default = "default_priority")]
-    least_priority: AlarmPriority,
+    least_priority: Priority,
     /// Seconds for which an alarm must stay unacknowledged before the recipient is told. A longer
     /// delay makes the recipient one of the next stage: an alarm that nobody acknowledges
     /// escalates to it.
@@ -199,7 +199,7 @@ pub(crate) struct Recipient {
     pub(crate) name: String,
     pub(crate) targets: Vec<Target>,
     areas: Vec<String>,
-    least_priority: AlarmPriority,
+    least_priority: Priority,
     pub(crate) delay_millis: u64,
     pub(crate) repeat_millis: Option<u64>,
     pub(crate) max_per_minute: usize,
@@ -283,8 +283,8 @@ fn default_timeout() -> f64 {
     30.0
 }
 
-fn default_priority() -> AlarmPriority {
-    AlarmPriority::Low
+fn default_priority() -> Priority {
+    Priority::Low
 }
 
 fn default_per_minute() -> u32 {

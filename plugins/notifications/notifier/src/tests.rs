@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use busbar_link::testing::CertificateAuthority;
 use busbar_plugin_sdk::testing::{host, run_command};
 use busbar_plugin_sdk::{
-    AlarmChange, AlarmNotification, AlarmOrigin, AlarmPriority, AlarmState, LinkState,
-    NotificationBatch, NotificationReport, Notify, Plugin,
+    AlarmChange, AlarmNotification, AlarmOrigin, AlarmState, LinkState, NotificationBatch,
+    NotificationReport, Notify, Plugin, Priority,
 };
 use peer_process::{Peer, PeerScript};
 use serde_json::{Value, json};
@@ -56,7 +56,7 @@ fn raised(number: u64, id: &str) -> AlarmNotification {
         alarm: id.to_owned(),
         change: AlarmChange::Raised,
         state: AlarmState::Unacknowledged,
-        priority: AlarmPriority::Critical,
+        priority: Priority::Critical,
         occurred: 1_700_000_000_000_000_000,
         time: 1_700_000_000_000_000_000,
         place: vec!["=S12".to_owned(), "=S12D1T1-TA1".to_owned()],

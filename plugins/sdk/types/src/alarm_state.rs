@@ -101,6 +101,11 @@ impl AlarmState {
         )
     }
 
+    /// Reports whether the condition holds, as far as the state shows it.
+    pub const fn is_active(self) -> bool {
+        matches!(self, Self::Unacknowledged | Self::Acknowledged)
+    }
+
     /// Reports whether the alarm is in the alarm list: neither normal nor suppressed.
     pub const fn is_annunciated(self) -> bool {
         matches!(

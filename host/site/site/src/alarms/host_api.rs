@@ -18,7 +18,7 @@ pub struct ChangedAlarm {
     /// Id of the alarm.
     pub alarm: String,
     /// Present state, by the letters of IEC 62682.
-    pub state: State,
+    pub state: AlarmState,
     /// Present standing, from which a later viewer restores the alarm.
     pub standing: AlarmFlags,
     /// Time of the last change of state.

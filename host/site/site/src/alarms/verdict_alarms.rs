@@ -9,7 +9,7 @@ use busbar_alarms::{
 };
 use busbar_overlay_picture::OverlayDescription;
 use busbar_tags::{Snapshot, TagSet};
-use busbar_types::Origin;
+use busbar_types::{Origin, Severity};
 
 use crate::equipment::{EquipmentDirectory, EquipmentNumber};
 use crate::overlay_instance::OverlayInstance;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use busbar_plugin_abi as abi;
 
 use crate::overlay::run;
-use crate::{Binding, Error, Overlay, Severity, TagValue, Value, Verdict, VerdictSeverity};
+use crate::{Binding, Error, Overlay, Severity, TagValue, Verdict, VerdictSeverity};
 
 /// Capacity of each output buffer, elements.
 const CAPACITY: usize = 1 << 16;

@@ -287,8 +287,10 @@ fn hand_over_all(plugin: &Plugin, notifier: &RunningNotifier, shared: &Shared) {
 
 #[cfg(test)]
 mod tests {
-    use busbar_alarms::{AlarmChange, State as AlarmState};
+    use busbar_alarms::AlarmChange;
     use busbar_tags::SourceTime;
+
+    use busbar_types::{AlarmState, Origin, Priority};
 
     use super::*;
 
