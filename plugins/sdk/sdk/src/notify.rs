@@ -32,7 +32,7 @@ pub trait Notify: Plugin {
 pub enum AlarmChange {
     /// The alarm came, or came again after it had returned.
     Raised,
-    /// The condition went.
+    /// The condition of the alarm went.
     Returned,
     /// Somebody acknowledged the alarm.
     Acknowledged,
@@ -77,10 +77,10 @@ pub enum AlarmState {
     /// Shelved by an operator for some time.
     #[serde(rename = "G")]
     Shelved,
-    /// Suppressed by design.
+    /// Suppressed by design, by logic.
     #[serde(rename = "H")]
     SuppressedByDesign,
-    /// Out of service.
+    /// Out of service for maintenance.
     #[serde(rename = "I")]
     OutOfService,
 }
@@ -219,7 +219,7 @@ pub struct AlarmNotification {
     /// Corrective action; may be empty.
     #[serde(default)]
     pub response: String,
-    /// Person who acted.
+    /// Person who acted, if any.
     #[serde(default)]
     pub operator: Option<String>,
     /// Value with its unit by which the condition came or went.

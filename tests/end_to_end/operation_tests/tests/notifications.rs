@@ -22,7 +22,7 @@ const RELAY: &str = "=S12D1T1-TA1/buchholz relay";
 /// Address of the Buchholz relay among the discrete inputs.
 const RELAY_INPUT: u16 = 4;
 
-/// Independent mail server.
+/// Independent mail server, aiosmtpd.
 struct MailServer {
     process: Process,
     port: u16,
