@@ -1,7 +1,8 @@
 """Mail server (aiosmtpd): keeps what it takes, and refuses what it is told to.
 
 Arguments: --port N, and JSON with "security" ("none", "starttls", "tls"), "certificate", "key",
-"user" and "password". Commands are lines of JSON: {"messages": true} answers with all messages,
+"user" and "password". Commands are lines of JSON: {"messages": true} answers with all messages, a
+number instead of true comes back with them,
 {"refuse": [...]} refuses these recipients for good, {"busy": true} all for now.
 """
 
@@ -87,7 +88,10 @@ def main():
     for line in sys.stdin:
         command = json.loads(line)
         if "messages" in command:
-            print(json.dumps(handler.messages), flush=True)
+            query, answer = command["messages"], handler.messages
+            if query is not True:
+                answer = {"query": query, "messages": answer}
+            print(json.dumps(answer), flush=True)
             continue
         handler.refused = set(command.get("refuse", handler.refused))
         handler.is_busy = command.get("busy", handler.is_busy)

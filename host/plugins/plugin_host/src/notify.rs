@@ -1,4 +1,4 @@
-//! Notifications: capability `busbar.notify/1-draft`.
+//! Notifications of alarms: capability `busbar.notify/1-draft`.
 
 use std::sync::Arc;
 

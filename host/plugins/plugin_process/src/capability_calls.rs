@@ -53,9 +53,7 @@ macro_rules! capability_calls {
             }
 
             $($(#[$call_doc])*
-            ///
-            /// # Errors
-            /// What the plugin says, the rule that its answer breaks, or how its process ended.
+            #[doc = "\n# Errors\nWhat the plugin says, the rule that its answer breaks, or how its process ended."]
             pub fn $method(&self, $($argument: $type),*) -> Result<$answer, PluginError> {
                 let process = match self {
                     Self::InProcess(capability) => return capability.$method($($argument),*),

@@ -19,7 +19,7 @@ pub const MAX_DELIVERY_MESSAGE_BYTES: usize = 1_024;
 pub enum AlarmChange {
     /// The alarm came, or came again after it had returned.
     Raised,
-    /// The condition went.
+    /// The condition of the alarm went.
     Returned,
     /// Somebody acknowledged the alarm.
     Acknowledged,
@@ -87,11 +87,11 @@ pub struct AlarmNotification {
     pub group: Option<String>,
     /// Message about the event.
     pub message: String,
-    /// Consequence of inaction.
+    /// Consequence of inaction, for people.
     pub consequence: String,
-    /// Corrective action.
+    /// Corrective action of the operator.
     pub response: String,
-    /// Person who acted.
+    /// Person who acted, if any.
     pub operator: Option<String>,
     /// Value with its unit by which the condition came or went.
     pub value: Option<String>,
@@ -148,7 +148,7 @@ pub enum DeliveryState {
 pub struct NotificationReport {
     /// Greatest number that the plugin keeps, also beyond a restart where it can; 0 for none.
     pub taken: u64,
-    /// State of delivery.
+    /// State of delivery to people.
     pub delivery: DeliveryState,
     /// Sentence for operators: fault and remedy.
     pub message: String,

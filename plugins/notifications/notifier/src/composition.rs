@@ -21,7 +21,7 @@ pub(crate) enum Stage {
     FollowUp,
 }
 
-/// Composed message.
+/// Composed message with subject and text.
 pub(crate) struct Composed {
     pub(crate) kind: &'static str,
     pub(crate) subject: String,

@@ -34,13 +34,13 @@ pub(crate) struct MailSender {
     config: MailConfig,
     /// TLS from the first byte.
     tls: Option<TlsClient>,
-    /// TLS after STARTTLS.
+    /// TLS parameters after the command STARTTLS.
     starttls: Option<TlsParameters>,
     limit: Duration,
 }
 
 impl MailSender {
-    /// Loads the certificates.
+    /// Loads the certificates of the settings.
     ///
     /// # Errors
     /// [`Error::settings`] with the file at fault.

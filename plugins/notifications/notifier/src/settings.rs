@@ -67,7 +67,7 @@ pub struct Settings {
     timeout_seconds: f64,
 }
 
-/// Recipient of messages.
+/// Recipient of messages about alarms.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawRecipient {
@@ -113,7 +113,7 @@ struct RawRecipient {
     follow_up: bool,
 }
 
-/// Mail server.
+/// Mail server that takes messages.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawMail {
@@ -160,7 +160,7 @@ struct RawLogin {
     password: Secret,
 }
 
-/// Webhook.
+/// Webhook that takes messages as JSON.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RawWebhook {
@@ -179,7 +179,7 @@ struct RawWebhook {
     tls: Option<TlsSettings>,
 }
 
-/// Valid settings.
+/// Valid settings of the plugin.
 #[derive(Clone, Debug)]
 pub(crate) struct Config {
     pub(crate) recipients: Vec<Recipient>,
@@ -211,7 +211,7 @@ pub(crate) struct Recipient {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Target {
-    /// Mail address.
+    /// Mail address of a recipient.
     Mail(String),
     /// Name of a webhook.
     Webhook(String),
@@ -241,7 +241,7 @@ pub(crate) struct WebhookConfig {
 pub(crate) enum UrlSource {
     /// URL in the settings.
     Text(String),
-    /// URL by reference.
+    /// URL by reference, a credential.
     Secret(Secret),
 }
 

@@ -23,7 +23,7 @@ const MAX_HEADER_BYTES: usize = 64 << 10;
 /// Name of this client in requests.
 const AGENT: &str = concat!("busbar-notifier/", env!("CARGO_PKG_VERSION"));
 
-/// URL in parts.
+/// URL of a webhook in parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ParsedUrl {
     pub(crate) endpoint: Endpoint,
@@ -54,7 +54,7 @@ struct Body<'a> {
     alarms: &'a [AlarmNotification],
 }
 
-/// Parses a URL.
+/// Parses the URL of a webhook.
 ///
 /// # Errors
 /// In words that do not repeat the URL, which may be a credential.

@@ -33,7 +33,7 @@ pub trait Notify: Plugin {
 pub enum AlarmChange {
     /// The alarm came, or came again after it had returned.
     Raised,
-    /// The condition went.
+    /// The condition of the alarm went.
     Returned,
     /// Somebody acknowledged the alarm.
     Acknowledged,
@@ -53,6 +53,114 @@ pub enum AlarmChange {
     Standing,
 }
 
+<<<<<<< HEAD
+=======
+/// State of an alarm, by the letters of IEC 62682.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum AlarmState {
+    /// Normal state of an alarm.
+    #[default]
+    #[serde(rename = "A")]
+    Normal,
+    /// Unacknowledged alarm, condition active.
+    #[serde(rename = "B")]
+    Unacknowledged,
+    /// Acknowledged alarm, condition active.
+    #[serde(rename = "C")]
+    Acknowledged,
+    /// Returned to normal, unacknowledged.
+    #[serde(rename = "D")]
+    ReturnedUnacknowledged,
+    /// Latched, unacknowledged: the condition is over.
+    #[serde(rename = "E")]
+    LatchedUnacknowledged,
+    /// Latched, acknowledged: the condition is over.
+    #[serde(rename = "F")]
+    LatchedAcknowledged,
+    /// Shelved by an operator for some time.
+    #[serde(rename = "G")]
+    Shelved,
+    /// Suppressed by design, by logic.
+    #[serde(rename = "H")]
+    SuppressedByDesign,
+    /// Out of service for maintenance.
+    #[serde(rename = "I")]
+    OutOfService,
+}
+
+impl AlarmState {
+    /// Reports whether the alarm waits for somebody to acknowledge it.
+    pub fn is_unacknowledged(self) -> bool {
+        matches!(
+            self,
+            Self::Unacknowledged | Self::ReturnedUnacknowledged | Self::LatchedUnacknowledged
+        )
+    }
+
+    /// Reports whether the condition holds, as far as the state shows it.
+    pub fn is_active(self) -> bool {
+        matches!(self, Self::Unacknowledged | Self::Acknowledged)
+    }
+
+    /// Returns the name of the state for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::Unacknowledged => "unacknowledged",
+            Self::Acknowledged => "acknowledged",
+            Self::ReturnedUnacknowledged => "returned, unacknowledged",
+            Self::LatchedUnacknowledged => "latched, unacknowledged",
+            Self::LatchedAcknowledged => "latched, acknowledged",
+            Self::Shelved => "shelved",
+            Self::SuppressedByDesign => "suppressed by design",
+            Self::OutOfService => "out of service",
+        }
+    }
+}
+
+/// Priority of an alarm, the most urgent first.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Serialize,
+    Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum AlarmPriority {
+    /// Action is needed at once.
+    Critical,
+    /// Action is needed promptly.
+    High,
+    /// Action is needed soon.
+    #[default]
+    Medium,
+    /// Action may be deferred.
+    Low,
+}
+
+impl AlarmPriority {
+    /// All priorities, the most urgent first.
+    pub const ALL: [Self; 4] = [Self::Critical, Self::High, Self::Medium, Self::Low];
+
+    /// `critical`, `high`, `medium` or `low`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Critical => "critical",
+            Self::High => "high",
+            Self::Medium => "medium",
+            Self::Low => "low",
+        }
+    }
+}
+
+>>>>>>> wt-notify
 /// Origin of a value that is not live.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -115,7 +223,7 @@ pub struct AlarmNotification {
     /// Corrective action; may be empty.
     #[serde(default)]
     pub response: String,
-    /// Person who acted.
+    /// Person who acted, if any.
     #[serde(default)]
     pub operator: Option<String>,
     /// Value with its unit by which the condition came or went.

@@ -1,11 +1,11 @@
 //! Notifications from an alarm of an independent device to a mail box of an independent server:
 //! the way there, what is said of it, and nothing twice or lost where processes are killed.
 
-use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 use busbar_scene_loader::LoadedScene;
+use busbar_viewer::reload::{ReloadOutcome, Reloader};
 use busbar_viewer::{RendererOptions, Viewer};
 use e2e::peer::{Peer, normal_values, python};
 use e2e::{Process, Scene, busbar, finish, wait_for, workspace_path};
@@ -22,10 +22,12 @@ const RELAY: &str = "=S12D1T1-TA1/buchholz relay";
 /// Address of the Buchholz relay among the discrete inputs.
 const RELAY_INPUT: u16 = 4;
 
-/// Independent mail server.
+/// Independent mail server, aiosmtpd.
 struct MailServer {
     process: Process,
     port: u16,
+    /// Number of the last query: answers to earlier ones stay in the output.
+    query: u64,
 }
 
 impl MailServer {
@@ -36,12 +38,17 @@ impl MailServer {
         command.args(["--port", &port.to_string(), "{}"]);
         let process = Process::start(&mut command);
         let port = process.wait_for_line(|line| line.strip_prefix("READY ")?.parse().ok());
-        Some(Self { process, port })
+        Some(Self { process, port, query: 0 })
     }
 
     fn messages(&mut self) -> Vec<Value> {
-        self.process.write_line("{\"messages\": true}");
-        self.process.wait_for_line(|line| serde_json::from_str(line).ok())
+        self.query += 1;
+        self.process.write_line(&json!({ "messages": self.query }).to_string());
+        self.process.wait_for_line(|line| {
+            let mut answer: Value = serde_json::from_str(line).ok()?;
+            let messages = answer.get_mut("messages")?.as_array_mut().map(std::mem::take);
+            messages.filter(|_| answer["query"] == self.query)
+        })
     }
 
     fn subjects(&mut self) -> Vec<String> {
@@ -92,12 +99,26 @@ struct View {
 }
 
 impl View {
-    fn open(config: &Path) -> Self {
-        let scene = LoadedScene::load(config, &|_, _, _| {}).expect("the scene loads");
+    /// Opens a scene, and switches its notifications on by an edit: a view that starts without a
+    /// window tells nobody.
+    fn open(scene: &mut Scene) -> Self {
+        let notifications = std::mem::replace(&mut scene.config["notifications"], json!([]));
+        let path = scene.write();
+        let loaded = LoadedScene::load(&path, &|_, _, _| {}).expect("the scene loads");
         let options = RendererOptions { samples: 1, validation: true, ..Default::default() };
-        let mut viewer = Viewer::new_headless(scene, options, SIZE).expect("there is a device");
+        let mut viewer = Viewer::new_headless(loaded, options, SIZE).expect("there is a device");
         viewer.set_operator("A. Operator");
-        Self { viewer, seconds: 0.0 }
+        viewer.set_settles(false);
+        let mut view = Self { viewer, seconds: 0.0 };
+        let mut reloader = Reloader::start(&path, || {}).expect("a file can be watched");
+        scene.config["notifications"] = notifications;
+        scene.write();
+        let outcome = wait_for("the edit", MAX_WAIT, || {
+            view.frame(Vec::new());
+            reloader.step(&mut view.viewer)
+        });
+        assert_eq!(outcome, ReloadOutcome::Shown);
+        view
     }
 
     fn frame(&mut self, events: Vec<Event>) {
@@ -153,7 +174,7 @@ fn an_alarm_and_its_acknowledgement_reach_the_mail_box() {
         device.set("discrete", RELAY_INPUT, &[0]);
         let mut scene = scene(device.port, server.port);
         scene.config["isolation"] = json!(isolation);
-        let mut view = View::open(&scene.write());
+        let mut view = View::open(&mut scene);
         view.until("values", |viewer| (viewer.stats().quality.bad == 0).then_some(()));
         device.set("discrete", RELAY_INPUT, &[1]);
         let subjects = view.until_mails(&mut server, 1);
@@ -179,7 +200,7 @@ fn a_simulated_alarm_says_so_in_the_mail() {
     let Some(mut server) = MailServer::start(0) else { return };
     let mut scene = scene(device.port, server.port);
     scene.config["plugins"]["bay"]["simulated"] = json!(true);
-    let mut view = View::open(&scene.write());
+    let mut view = View::open(&mut scene);
     device.set("discrete", RELAY_INPUT, &[1]);
     let subjects = view.until_mails(&mut server, 1);
     assert_eq!(subjects, [format!("[SIMULATED] CRITICAL: Buchholz trip, {RELAY}")]);
@@ -191,9 +212,8 @@ fn a_simulated_alarm_says_so_in_the_mail() {
 fn a_message_that_waits_outlives_its_killed_process_and_comes_once() {
     let Some(mut device) = Peer::start(&normal_values()) else { return };
     let port = free_port();
-    let scene = scene(device.port, port);
-    let config = scene.write();
-    let mut view = View::open(&config);
+    let mut scene = scene(device.port, port);
+    let mut view = View::open(&mut scene);
     device.set("discrete", RELAY_INPUT, &[1]);
     let first = view.until("a message that waits", |viewer| {
         View::notifier(viewer).filter(|(_, message)| message.contains("1 messages wait"))
@@ -214,7 +234,7 @@ fn a_message_that_waits_outlives_its_killed_process_and_comes_once() {
     });
     view.idle();
     drop(view);
-    let mut view = View::open(&config);
+    let mut view = View::open(&mut scene);
     view.idle();
     assert_eq!(server.subjects().len(), 1, "{:?}", server.subjects());
     // The state is as before: the acknowledgement goes to who was told.

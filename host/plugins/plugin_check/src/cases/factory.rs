@@ -10,17 +10,6 @@ use crate::text;
 
 /// Plugins of one library, and capabilities of one plugin.
 const MAX_ITEMS: u32 = 64;
-/// Capabilities of this host.
-const CAPABILITIES: [&str; 8] = [
-    abi::MESH_OPTIMIZER_ID,
-    abi::TELEMETRY_ID,
-    abi::OVERLAY_ID,
-    abi::SIMULATOR_ID,
-    abi::COMMAND_ID,
-    abi::CHART_ID,
-    abi::RECORDS_ID,
-    abi::ALARMS_ID,
-];
 
 pub(crate) fn factory(probe: &Probe) -> Outcome {
     let factory = probe.initialised()?;
@@ -120,7 +109,7 @@ fn describe(
         let capability = text.map_err(|what| {
             Finding::new(format!("capability {index} of '{id}' {what}"), "use the header's ids")
         })?;
-        let known = CAPABILITIES.contains(&capability.as_str());
+        let known = abi::CAPABILITIES.iter().any(|known| known.id == capability);
         let ours = capability.starts_with("busbar.");
         probe.expect(
             known || !ours,

@@ -60,17 +60,7 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
             _ => {}
         }
     }
-    let all = [
-        abi::TELEMETRY_ID,
-        abi::MESH_OPTIMIZER_ID,
-        abi::OVERLAY_ID,
-        abi::SIMULATOR_ID,
-        abi::COMMAND_ID,
-        abi::CHART_ID,
-        abi::RECORDS_ID,
-        abi::ALARMS_ID,
-    ];
-    for known in all {
+    for known in abi::CAPABILITIES.iter().map(|capability| capability.id) {
         if !subject.capabilities.iter().any(|id| id == known) {
             let hidden = !instance.ask(abi::BusbarStr::from_static(known)).is_null();
             let fault = format!("it gives {known}, which its descriptor does not list");

@@ -518,7 +518,8 @@ const DRAWING_CRATES: [&str; 5] = ["ash", "egui", "glam", "skrifa", "winit"];
 const DOCUMENTS: [&str; 3] = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md"];
 
 /// Folders of `plugins` whose crates are libraries that a host loads.
-const PLUGIN_FOLDERS: [&str; 5] = ["charts", "optimizers", "overlays", "records", "telemetry"];
+const PLUGIN_FOLDERS: [&str; 6] =
+    ["charts", "notifications", "optimizers", "overlays", "records", "telemetry"];
 /// Folders of `plugins` whose crates are linked into plugins.
 const LIBRARY_FOLDERS: [&str; 2] = ["sdk", "support"];
 

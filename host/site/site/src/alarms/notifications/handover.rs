@@ -24,7 +24,7 @@ const REPEAT_PERIOD: Duration = Duration::from_millis(200);
 /// Link and fault of a plugin that tells of alarms.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct NotifierHealth {
-    /// State of delivery.
+    /// State of delivery to people.
     pub(crate) link: LinkReport,
     /// Reason why nothing can be handed over; none while the plugin answers.
     pub(crate) fault: Option<String>,
