@@ -65,7 +65,7 @@ pub(crate) fn expected(piece: &str, known: Known<'_>, variant: Variant) -> Expec
         "=G1" => completions(&["G1.pressure", "G1.temperature"], known, |v| {
             v[0] * 293.15 / (273.15 + v[1]) <= 6.4
         }),
-        "=S1" => completions(&["S1.position"], known, |v| v[0] == 3.0),
+        "=S1" => switch(known("S1.position")),
         "=EB" => bus(known("E1.position"), known("E2.position")),
         "=H1" => transformer(known),
         contact => phase(contact, known),
@@ -88,6 +88,16 @@ fn completions(tags: &[&str], known: Known<'_>, is_abnormal: impl Fn(&[f64]) -> 
         0 => Expected::Normal,
         all if all == cases.len() => Expected::Abnormal,
         _ => Expected::Unknown,
+    }
+}
+
+/// A switch by its position. The host calls a report of both ends at once uncertain.
+fn switch(position: Option<f64>) -> Expected {
+    const BOTH_ENDS: f64 = 3.0;
+    match position {
+        None => Expected::Unknown,
+        Some(BOTH_ENDS) => Expected::NotNormal,
+        Some(_) => Expected::Normal,
     }
 }
 
