@@ -65,7 +65,7 @@ pub(crate) fn expected(piece: &str, known: Known<'_>, variant: Variant) -> Expec
         "=G1" => completions(&["G1.pressure", "G1.temperature"], known, |v| {
             v[0] * 293.15 / (273.15 + v[1]) <= 6.4
         }),
-        "=S1" => completions(&["S1.position"], known, |v| v[0] == 3.0),
+        "=S1" => switch(known("S1.position")),
         "=EB" => bus(known("E1.position"), known("E2.position")),
         "=H1" => transformer(known),
         contact => phase(contact, known),
@@ -91,6 +91,16 @@ fn completions(tags: &[&str], known: Known<'_>, is_abnormal: impl Fn(&[f64]) -> 
     }
 }
 
+/// A switch by its position. The host calls a report of both ends at once uncertain.
+fn switch(position: Option<f64>) -> Expected {
+    const BOTH_ENDS: f64 = 3.0;
+    match position {
+        None => Expected::Unknown,
+        Some(BOTH_ENDS) => Expected::NotNormal,
+        Some(_) => Expected::Normal,
+    }
+}
+
 /// A bus that a source feeds through a breaker, with an earth switch. What is energised may have an
 /// earth that is not known; a source that is surely earthed is in doubt.
 fn bus(breaker: Option<f64>, earth: Option<f64>) -> Expected {
@@ -103,15 +113,14 @@ fn bus(breaker: Option<f64>, earth: Option<f64>) -> Expected {
 }
 
 /// A transformer whose load and temperatures are measured. Below the limits the history, which the
-/// walk does not follow, may contradict what is measured.
+/// walk does not follow, may contradict what is measured; a load that is not known counts by what
+/// it does to the temperatures.
 fn transformer(known: Known<'_>) -> Expected {
     let is_above = |tag: &str, limit: f64| known(tag).is_some_and(|value| value > limit);
-    if is_above("H1.load", 200.0) || is_above("H1.oil", 120.0) || is_above("H1.winding", 170.0) {
-        return Expected::Abnormal;
-    }
-    match known("H1.load") {
-        None => Expected::NotNormal,
-        Some(_) => Expected::Any,
+    let is_hot = is_above("H1.oil", 120.0) || is_above("H1.winding", 170.0);
+    match is_hot || is_above("H1.load", 200.0) {
+        true => Expected::Abnormal,
+        false => Expected::Any,
     }
 }
 

@@ -73,7 +73,7 @@ pub(crate) const TAGS: [TagCase; 20] = [
     },
     number(["F1.p", "MW", "=F1", "active_power"], &[10.0, 99.0, 112.0, -130.0], None),
     number(["F1.q", "Mvar", "=F1", "reactive_power"], &[0.0, 5.0, 140.0], None),
-    number(["G1.pressure", "bar", "=G1", "sf6_pressure"], &[3.0, 7.0], Some(-2.0)),
+    number(["G1.pressure", "bar", "=G1", "sf6_pressure"], &[3.0, 7.0, 8.2], Some(-2.0)),
     number(["G1.temperature", "°C", "=G1", "sf6_temperature"], &[20.0, 60.0], Some(400.0)),
     position(["S1.position", "=S1"], &[1.0, 2.0, 3.0]),
     position(["E1.position", "=E1"], &[1.0, 2.0]),
