@@ -66,11 +66,6 @@ fn run_steps(
     let python = steps.run("python", || python::ensure_environment(workspace, python::TESTS))?;
     if filter.is_none() {
         steps.run("book", || book::build_or_skip(workspace))?;
-        steps.run("documentation", || {
-            let mut documentation = process::cargo();
-            documentation.args(["doc", "--workspace", "--no-deps"]);
-            process::run(documentation.env("RUSTDOCFLAGS", "-D warnings"))
-        })?;
         steps.run("doc tests", || {
             let mut doc_tests = process::cargo();
             process::run(doc_tests.args(["test", "--quiet", "--workspace", "--doc"]))
