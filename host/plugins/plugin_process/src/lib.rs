@@ -20,7 +20,9 @@
 //! anybody else sees it.
 #![doc = include_str!("../DESIGN.md")]
 
-mod capability_calls;
+mod capability_definitions;
+mod capability_handles;
+mod capability_messages;
 mod catalog;
 mod command;
 mod environment;
@@ -49,7 +51,7 @@ mod socket_table;
 mod status;
 mod supervisor;
 
-pub use capability_calls::{RunningAlarms, RunningChart, RunningNotifier, RunningRecords};
+pub use capability_handles::{RunningAlarms, RunningChart, RunningNotifier, RunningRecords};
 pub use catalog::{DEFAULT_CONFINEMENT, Isolation, PluginCatalog, PluginOptions};
 pub use command::CommandError;
 pub use message::Confinement;

@@ -12,7 +12,7 @@ use busbar_plugin_host::{
 use busbar_tags::TagState;
 use serde::{Deserialize, Serialize};
 
-use crate::capability_calls::{CapabilityAnswer, CapabilityRequest};
+use crate::capability_messages::{CapabilityAnswer, CapabilityRequest};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.

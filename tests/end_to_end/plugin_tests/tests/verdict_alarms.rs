@@ -5,8 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use busbar_scene_loader::LoadedScene;
-use busbar_tags::Value as TagValue;
-use busbar_types::{Quality, Reason};
+use busbar_types::{Quality, Reason, Value as TagValue};
 use busbar_viewer::reload::PreparedReload;
 use busbar_viewer::{AlarmAction, AlarmState, AlarmStats, HostTagValue, RendererOptions, Viewer};
 use e2e::{Scene, busbar, finish, wait_for};
