@@ -72,7 +72,7 @@ pub enum BusbarViewQuality {
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusbarViewValueKind {
-    /// Measurement, in `number`.
+    /// Measurement, which is in `number`.
     F64 = 0,
     /// Counter or code, in `integer`.
     I64 = 1,

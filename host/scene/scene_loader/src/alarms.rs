@@ -42,7 +42,7 @@ pub(crate) fn resolve(
                     templates.push(template);
                     continue;
                 }
-                Err(own) => spec = own,
+                Err(own) => spec = *own,
             }
         }
         let of_tag = match &spec.source {

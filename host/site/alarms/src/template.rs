@@ -17,10 +17,10 @@ impl AlarmTemplate {
     ///
     /// # Errors
     /// The definition as it was, of any other source.
-    pub fn new(spec: AlarmSpec) -> Result<Self, AlarmSpec> {
+    pub fn new(spec: AlarmSpec) -> Result<Self, Box<AlarmSpec>> {
         match spec.source {
             AlarmSource::Verdict { .. } => Ok(Self { spec }),
-            AlarmSource::Tag { .. } | AlarmSource::Mirrored => Err(spec),
+            AlarmSource::Tag { .. } | AlarmSource::Mirrored => Err(Box::new(spec)),
         }
     }
 

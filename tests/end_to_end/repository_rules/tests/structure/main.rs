@@ -394,6 +394,7 @@ const ALLOWED_IN_TESTS: &[(&str, &[&str])] = &[
             "busbar_plugin_process",
             "busbar_scene",
             "busbar_scene_loader",
+            "busbar_types",
             "busbar_viewer",
             "dga",
             "e2e",
