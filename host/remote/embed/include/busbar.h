@@ -285,7 +285,7 @@ enum BusbarViewValueKind
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // Measurement, in `number`.
+  // Measurement, which is in `number`.
   BUSBAR_VIEW_VALUE_KIND_F64 = 0,
   // Counter or code, in `integer`.
   BUSBAR_VIEW_VALUE_KIND_I64 = 1,

@@ -448,6 +448,7 @@ fn explains(kind: Misbehavior, at: CallSite, line: &str) -> bool {
             "unknown exit code",
             "not described",
             "not those of the header",
+            "never handed over",
         ]),
         Misbehavior::NullResult => says(&["null", "failed where it must not"]),
         Misbehavior::Overrun => says(&["beyond the end"]),

@@ -12,7 +12,6 @@ use busbar_alarms::{
 };
 use busbar_plugin_host::{LinkReport, LinkState};
 use busbar_plugin_process::{Plugin, RunningNotifier};
-use busbar_types::{Origin, Priority};
 
 /// Changes that wait for one plugin; further ones are counted, and the plugin is told.
 const MAX_WAITING_CHANGES: usize = 10_000;
