@@ -107,7 +107,7 @@ pub(crate) struct Message {
 /// Notice that is due for a recipient.
 enum Notice {
     Alarm { id: String, stage: Stage },
-    FollowUp(FollowUp),
+    FollowUp(Box<FollowUp>),
 }
 
 impl Dispatcher {
@@ -285,7 +285,7 @@ impl Dispatcher {
         let mut notices: Vec<Notice> =
             due.into_iter().map(|(id, stage)| Notice::Alarm { id, stage }).collect();
         let waiting = self.follow_ups.remove(&recipient.name).unwrap_or_default();
-        notices.extend(waiting.into_iter().map(Notice::FollowUp));
+        notices.extend(waiting.into_iter().map(|waits| Notice::FollowUp(Box::new(waits))));
         if notices.len() <= free {
             for notice in notices {
                 self.add_message(recipient, config, vec![notice], now);
@@ -306,13 +306,12 @@ impl Dispatcher {
             let waited = now.saturating_sub(open.since);
             match open.told.get(&recipient.name) {
                 // What has returned by itself within a delay wakes nobody further.
-                None if open.alarm.state.is_active() || recipient.delay_millis == 0 => {
-                    if waited >= recipient.delay_millis {
-                        let escalates = recipient.delay_millis > 0 && !open.told.is_empty();
-                        let stage =
-                            if escalates { Stage::Escalation(waited) } else { Stage::First };
-                        due.push((open, stage));
-                    }
+                None if (open.alarm.state.is_active() || recipient.delay_millis == 0)
+                    && waited >= recipient.delay_millis =>
+                {
+                    let escalates = recipient.delay_millis > 0 && !open.told.is_empty();
+                    let stage = if escalates { Stage::Escalation(waited) } else { Stage::First };
+                    due.push((open, stage));
                 }
                 None => {}
                 Some(told) => {
@@ -346,7 +345,7 @@ impl Dispatcher {
                     *told = Told { last: now, count: told.count.saturating_add(1) };
                     parts.push((open.alarm.clone(), stage, open.repetitions));
                 }
-                Notice::FollowUp(FollowUp { alarm }) => parts.push((alarm, Stage::FollowUp, 0)),
+                Notice::FollowUp(waits) => parts.push((waits.alarm, Stage::FollowUp, 0)),
             }
         }
         let composed = composition::compose(&config.site, &parts);

@@ -196,7 +196,7 @@ fn one_refused_recipient_keeps_no_other_from_the_message_and_a_busy_server_gets_
     server.command(&json!({ "busy": true }));
     let second = raised(2, "Gas");
     let down = |report: &NotificationReport| report.message.contains("try again later");
-    let report = until(&mut notifier, &[second.clone()], down);
+    let report = until(&mut notifier, std::slice::from_ref(&second), down);
     assert_eq!(report.waiting, 2);
     server.command(&json!({ "busy": false }));
     until(&mut notifier, &[second], |report| report.waiting == 0);
