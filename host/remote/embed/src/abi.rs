@@ -1,7 +1,8 @@
 //! C ABI of libbusbar: structs, enums, constants and the callback type.
 //!
-//! What the library writes has the type of its enum. What a program writes is a number here (a
-//! `...Number`, which the header declares as the enum too): any may come, and is checked.
+//! Fields and results that the library writes have the type of their enum. Those that a program
+//! writes are numbers (`...Number`, which the header declares as the enum too): any number may
+//! come, and is checked.
 
 use std::ffi::{c_char, c_void};
 
