@@ -119,7 +119,9 @@ pub fn collapse_list(
 ) -> Result<CollapseList, Error> {
     check(&mesh)?;
     let threads = threads::count(mesh.triangles.len(), max_threads);
+    // A mesh is the paper's model.
     let mut list = CollapseList::default();
+    list.theta_by_mesh = order == Order::Paper;
     let regular = match order {
         Order::Paper => None,
         Order::Guarded | Order::Reweighted => list.stage("shells", || RegularMesh::new(&mesh)),
