@@ -27,10 +27,20 @@ struct Sparse<'a> {
     values: Elements<'a>,
 }
 
+/// Identity of an accessor's data: that of the file, or an attribute of the compressed mesh in a
+/// view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum AccessorKey {
+    File(usize),
+    Draco { view: usize, attribute: Option<usize> },
+}
+
 /// Accessor whose ranges were checked.
 #[derive(Clone, Copy)]
 pub(crate) struct Accessor<'a> {
     pub(crate) index: usize,
+    /// Different for different data.
+    pub(crate) key: AccessorKey,
     pub(crate) count: usize,
     pub(crate) component_type: ComponentType,
     pub(crate) normalized: bool,
@@ -103,7 +113,44 @@ impl<'a> Accessor<'a> {
             Some(sparse) => Some(Sparse::new(buffers, sparse, count, size, here)?),
         };
         let (count, normalized) = (accessor.count.index(), accessor.normalized.0);
-        Ok(Self { index, count, component_type, normalized, shape, base, sparse })
+        let key = AccessorKey::File(index);
+        Ok(Self { index, key, count, component_type, normalized, shape, base, sparse })
+    }
+
+    /// Makes an accessor of packed values; `json` gives shape and use.
+    pub(crate) fn packed(
+        json: (usize, &schema::Accessor<'_>),
+        key: AccessorKey,
+        component_type: ComponentType,
+        components: usize,
+        values: &'a [u8],
+    ) -> Option<Self> {
+        let (index, json) = json;
+        let shape = json.shape.as_deref().and_then(Shape::from_name)?;
+        let size = component_type.size() * components;
+        if shape.components() != components || size == 0 {
+            return None;
+        }
+        let count = values.len() / size;
+        let base = Some(Elements { bytes: values, stride: size, size, count });
+        let normalized = json.normalized.0;
+        Some(Self { index, key, count, component_type, normalized, shape, base, sparse: None })
+    }
+
+    /// Makes an accessor of the corners of a compressed mesh.
+    pub(crate) fn corners(view: usize, values: &'a [u8]) -> Self {
+        let count = values.len() / size_of::<u32>();
+        let size = size_of::<u32>();
+        Self {
+            index: 0,
+            key: AccessorKey::Draco { view, attribute: None },
+            count,
+            component_type: ComponentType::U32,
+            normalized: false,
+            shape: Shape::Scalar,
+            base: Some(Elements { bytes: values, stride: size, size, count }),
+            sparse: None,
+        }
     }
 
     /// Returns how many elements a pass over all stored bytes visits.

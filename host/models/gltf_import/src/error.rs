@@ -104,6 +104,9 @@ pub enum ImportFault {
     /// An image that cannot be used.
     #[error("the image cannot be used: {0}")]
     Image(String),
+    /// A mesh that Draco cannot decompress.
+    #[error("Draco cannot decompress the mesh: {0}")]
+    Draco(String),
     /// A library failed in a way it should not.
     #[error("the importer failed: {0}")]
     Panicked(String),
@@ -128,6 +131,7 @@ impl ImportFault {
             | Self::Index { .. }
             | Self::Beyond { .. }
             | Self::Invalid(_)
+            | Self::Draco(_)
             | Self::Vertex { .. } => "the file is damaged or wrongly written: export it again",
         }
     }

@@ -12,17 +12,20 @@ mod bounded;
 mod buffers;
 mod container;
 mod document;
+mod draco;
 mod error;
 mod extensions;
 mod features;
 mod files;
 mod images;
+mod instances;
 mod json_text;
 mod ktx2_image;
 mod limits;
 mod materials;
 mod mesh_cache;
 mod meshes;
+mod meshopt_view;
 mod name_table;
 mod names;
 mod nodes;
@@ -47,9 +50,9 @@ use crate::report::Notes;
 
 pub use crate::error::{ImportError, ImportFault};
 pub use crate::limits::{
-    ImportLimits, MAX_COORDINATE, MAX_DEPTH, MAX_EXTERNAL_FILES, MAX_FEATURES, MAX_FILE_BYTES,
-    MAX_JSON_BYTES, MAX_JSON_MEMORY, MAX_METADATA_ITEMS, MAX_NAME_BYTES, MAX_NODES, MAX_NOTES,
-    MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE, MAX_TRIANGLES,
+    ImportLimits, MAX_COORDINATE, MAX_DECODED_BYTES, MAX_DEPTH, MAX_EXTERNAL_FILES, MAX_FEATURES,
+    MAX_FILE_BYTES, MAX_JSON_BYTES, MAX_JSON_MEMORY, MAX_METADATA_ITEMS, MAX_NAME_BYTES, MAX_NODES,
+    MAX_NOTES, MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE, MAX_TRIANGLES,
 };
 pub use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 pub use crate::report::ImportReport;
@@ -68,7 +71,9 @@ pub struct ImportedModel {
 ///
 /// Supported: glTF 2.0 with triangles, strips and fans; positions, normals and
 /// texture coordinates in any component type (KHR_mesh_quantization
-/// included), transformed as KHR_texture_transform says; sparse accessors; features of vertices
+/// included), transformed as KHR_texture_transform says; sparse accessors; compression by
+/// KHR_draco_mesh_compression and EXT_meshopt_compression; instances
+/// (EXT_mesh_gpu_instancing), each a node called `name[index]`; features of vertices
 /// with their names (EXT_mesh_features by attribute, EXT_structural_metadata);
 /// metallic-roughness and specular-glossiness materials with PNG, JPEG, WebP and KTX2 textures
 /// (RGBA8, BC1 to BC5 and BC7; plain or Zstandard; also by KHR_texture_basisu).
@@ -148,14 +153,15 @@ fn import(
     let container = container::open(bytes, &mut notes)?;
     let text = document::text(container.json, &mut notes)?;
     let document = document::parse(&text, limits, &mut notes)?;
-    let mut nodes = nodes::build(&document, limits, &mut notes)?.nodes;
+    let buffers = Buffers::new(&document, container.bin, Files::new(base, limit - count));
+    let mut nodes = nodes::build(&buffers, limits, &mut notes)?;
     let named = named_meshes(&document, &nodes, &mut notes);
     let used = meshes::used_materials(&document, &named)?;
     let mut materials = materials::convert(&document, &used, &mut notes)?;
 
-    let buffers = Buffers::new(&document, container.bin, Files::new(base, limit - count));
     let metadata = StructuralMetadata::parse(&document)?;
-    let source = Source::new(&buffers, metadata, std::mem::take(&mut materials.uv_mappings));
+    let source =
+        Source::new(&buffers, metadata, std::mem::take(&mut materials.uv_mappings), limits);
     let mut checker = Checker::new(&source, limits);
     let mut shown = Vec::new();
     for mesh in named {

@@ -18,6 +18,8 @@ pub const MAX_TEXTURE_SIDE: u32 = 8192;
 pub const MAX_JSON_BYTES: u64 = 256 << 20;
 /// Memory that the places of the JSON's elements may take, beyond twice its own length.
 pub const MAX_JSON_MEMORY: u64 = 40 << 20;
+/// Bytes of all compressed meshes and views of one model, once decompressed.
+pub const MAX_DECODED_BYTES: u64 = 1 << 30;
 /// Files that one model may name.
 pub const MAX_EXTERNAL_FILES: usize = 1024;
 /// Features of all meshes together, each with a name of its own. Features without a triangle do not

@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 use busbar_geometry::weld;
 
 use crate::ImportLimits;
-use crate::accessor::Accessor;
+use crate::accessor::{Accessor, AccessorKey};
 use crate::buffers::Buffers;
 use crate::document::Document;
 use crate::error::{ImportError, ImportFault};
@@ -28,10 +28,11 @@ const UNNAMED_FEATURES: &str =
 
 /// Primitives of the shown meshes, and what all of them share.
 pub(crate) struct Source<'a> {
-    buffers: &'a Buffers<'a>,
-    metadata: StructuralMetadata,
+    pub(crate) buffers: &'a Buffers<'a>,
+    pub(crate) metadata: StructuralMetadata,
     /// Texture coordinates by material.
     mappings: Vec<UvMapping>,
+    pub(crate) max_triangles: u64,
 }
 
 impl<'a> Source<'a> {
@@ -39,8 +40,9 @@ impl<'a> Source<'a> {
         buffers: &'a Buffers<'a>,
         metadata: StructuralMetadata,
         mappings: Vec<UvMapping>,
+        limits: &ImportLimits,
     ) -> Self {
-        Self { buffers, metadata, mappings }
+        Self { buffers, metadata, mappings, max_triangles: limits.max_triangles }
     }
 
     /// Visits the primitives of a mesh that make triangles; the others are `None`.
@@ -60,7 +62,7 @@ impl<'a> Source<'a> {
             let json: schema::Primitive<'a> = document.parse(part, || place.pointer(""))?;
             let material = json.material.map_or(usize::MAX, |material| material.index());
             let mapping = self.mappings.get(material).copied().unwrap_or_default();
-            let primitive = Primitive::new(self.buffers, &self.metadata, &json, mapping, place)?;
+            let primitive = Primitive::new(self, &json, mapping, place)?;
             visit(&json, primitive, place)?;
         }
         Ok(())
@@ -93,12 +95,12 @@ pub(crate) struct Checker<'a> {
     triangles: u64,
     visits: u64,
     /// Facts of accessors that have been gone through: many primitives share one.
-    largest_indices: HashMap<usize, [u32; 2]>,
+    largest_indices: HashMap<AccessorKey, [u32; 2]>,
     /// Whether all elements of an accessor are coordinates.
-    sane_positions: HashMap<usize, bool>,
-    other: HashSet<usize>,
+    sane_positions: HashMap<AccessorKey, bool>,
+    other: HashSet<AccessorKey>,
     /// Feature ids by accessor, table and null id.
-    sane_features: HashSet<(usize, Option<usize>, Option<u64>)>,
+    sane_features: HashSet<(AccessorKey, Option<usize>, Option<u64>)>,
     tables: NameTables<'a>,
     /// Of the primitives, by mesh and index.
     restarts: HashMap<(usize, usize), u32>,
@@ -166,20 +168,20 @@ impl<'a> Checker<'a> {
     ) -> Result<(), ImportError> {
         let vertices = primitive.positions.count;
         for other in [&primitive.normals, &primitive.uvs].into_iter().flatten() {
-            if self.other.insert(other.index) {
+            if self.other.insert(other.key) {
                 self.visit(other)?;
                 other.check_sparse()?;
             }
         }
         let is_sane = self.are_coordinates(&primitive.positions)?;
         if let Some((indices, restart)) = primitive.indices.zip(primitive.restart_index()) {
-            let [largest, usual] = match self.largest_indices.get(&indices.index) {
+            let [largest, usual] = match self.largest_indices.get(&indices.key) {
                 Some(&largest) => largest,
                 None => {
                     self.visit(&indices)?;
                     indices.check_sparse()?;
                     let largest = indices.largest_indices(restart);
-                    self.largest_indices.insert(indices.index, largest);
+                    self.largest_indices.insert(indices.key, largest);
                     largest
                 }
             };
@@ -203,13 +205,13 @@ impl<'a> Checker<'a> {
 
     /// Reports whether all stored positions are finite and within the bounds.
     fn are_coordinates(&mut self, positions: &Accessor<'_>) -> Result<bool, ImportError> {
-        if let Some(&known) = self.sane_positions.get(&positions.index) {
+        if let Some(&known) = self.sane_positions.get(&positions.key) {
             return Ok(known);
         }
         self.visit(positions)?;
         positions.check_sparse()?;
         let is_sane = positions.find_refused(is_coordinate).is_none();
-        self.sane_positions.insert(positions.index, is_sane);
+        self.sane_positions.insert(positions.key, is_sane);
         Ok(is_sane)
     }
 
@@ -219,7 +221,7 @@ impl<'a> Checker<'a> {
         notes: &mut Notes,
     ) -> Result<(), ImportError> {
         let FeatureIds { ids, null, table } = features;
-        if !self.sane_features.insert((ids.index, *table, *null)) {
+        if !self.sane_features.insert((ids.key, *table, *null)) {
             return Ok(());
         }
         self.visit(ids)?;
@@ -298,7 +300,7 @@ impl<'a> CachedContent<'a> {
 pub(crate) struct Builder<'a> {
     source: &'a Source<'a>,
     namer: FeatureNamer<'a>,
-    sane_positions: HashMap<usize, bool>,
+    sane_positions: HashMap<AccessorKey, bool>,
     restarts: HashMap<(usize, usize), u32>,
     cached: Option<CachedContent<'a>>,
 }
@@ -340,7 +342,7 @@ impl<'a> Builder<'a> {
             if let Some(mut primitive) = primitive {
                 let key = (place.mesh, place.primitive);
                 primitive.restart = self.restarts.get(&key).copied();
-                let is_sane = self.sane_positions.get(&primitive.positions.index);
+                let is_sane = self.sane_positions.get(&primitive.positions.key);
                 primitive.is_astray = is_sane == Some(&false);
                 primitives.push(primitive);
             }

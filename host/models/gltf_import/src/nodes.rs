@@ -7,8 +7,10 @@ use glam::{Mat4, Quat, Vec3};
 
 use crate::ImportLimits;
 use crate::bounded::List;
+use crate::buffers::Buffers;
 use crate::document::Document;
 use crate::error::{ImportError, ImportFault};
+use crate::instances;
 use crate::limits::{MAX_CHILDREN, MAX_COORDINATE};
 use crate::names::{UniqueNames, clean_name};
 use crate::report::Notes;
@@ -17,25 +19,18 @@ use crate::schema::{Mesh, Node, NodeChildren, Scene};
 
 const NONE: u32 = u32::MAX;
 
-/// Nodes of the scene that is shown.
-pub(crate) struct ShownNodes {
-    /// Nodes whose meshes are indices into the *file's* meshes.
-    pub(crate) nodes: Vec<ModelNode>,
-    /// Index in the file of each node.
-    pub(crate) sources: Vec<u32>,
-}
-
-/// Builds the nodes to show.
+/// Builds the nodes to show. Their meshes are indices into the *file's* meshes.
 pub(crate) fn build(
-    document: &Document<'_>,
+    buffers: &Buffers<'_>,
     limits: &ImportLimits,
     notes: &mut Notes,
-) -> Result<ShownNodes, ImportError> {
+) -> Result<Vec<ModelNode>, ImportError> {
+    let document = buffers.document();
     let mut tree = Tree { document, parents: vec![NONE; document.nodes.len()], notes };
     let starts = tree.starts()?;
-    tree.attach(&starts, limits)?;
-    let shown = tree.flatten(&starts, limits)?;
-    let skipped = document.nodes.len() - shown.nodes.len();
+    let reached = tree.attach(&starts, limits)?;
+    let shown = tree.flatten(&starts, buffers, limits)?;
+    let skipped = document.nodes.len() - reached;
     notes.add_many("node skipped: it is not in the scene shown", skipped);
     Ok(shown)
 }
@@ -101,8 +96,9 @@ impl Tree<'_, '_> {
         Ok(starts)
     }
 
-    /// Gives each node that is shown its parent. A node that leads back to itself is refused.
-    fn attach(&mut self, starts: &[usize], limits: &ImportLimits) -> Result<(), ImportError> {
+    /// Gives each node that is shown its parent, and counts them. A node that leads back to itself
+    /// is refused.
+    fn attach(&mut self, starts: &[usize], limits: &ImportLimits) -> Result<usize, ImportError> {
         let mut reached = vec![false; self.parents.len()];
         let mut stack: Vec<usize> = starts.iter().rev().copied().collect();
         let mut order = Vec::new();
@@ -133,7 +129,8 @@ impl Tree<'_, '_> {
                 }
             }
         }
-        self.refuse_cycles(&order, limits)
+        self.refuse_cycles(&order, limits)?;
+        Ok(order.len())
     }
 
     /// Refuses a root that is named by a node below it.
@@ -201,8 +198,9 @@ impl Tree<'_, '_> {
     fn flatten(
         &mut self,
         starts: &[usize],
+        buffers: &Buffers<'_>,
         limits: &ImportLimits,
-    ) -> Result<ShownNodes, ImportError> {
+    ) -> Result<Vec<ModelNode>, ImportError> {
         struct Pending {
             node: usize,
             parent: Option<u32>,
@@ -211,7 +209,7 @@ impl Tree<'_, '_> {
         let document = self.document;
         let mut names =
             NodeNames { document, unique: UniqueNames::default(), meshes: HashMap::new() };
-        let mut shown = ShownNodes { nodes: Vec::new(), sources: Vec::new() };
+        let mut shown: Vec<ModelNode> = Vec::new();
         let pend = |node, parent, model_from_parent| Pending { node, parent, model_from_parent };
         let mut stack: Vec<Pending> =
             starts.iter().rev().map(|&node| pend(node, None, Mat4::IDENTITY)).collect();
@@ -224,14 +222,36 @@ impl Tree<'_, '_> {
             if let Some(mesh) = node.mesh {
                 document.meshes.require(mesh.index(), || place() + "/mesh")?;
             }
-            if shown.nodes.len() as u64 >= limits.max_nodes.into() {
-                let (count, limit) = (shown.nodes.len() as u64 + 1, limits.max_nodes.into());
+            let here = shown.len() as u32;
+            let (name, mesh) = (names.name_of(&node, index), node.mesh.map(|mesh| mesh.0));
+            let extensions = node.extensions.as_ref();
+            let instancing = extensions.and_then(|extensions| extensions.instancing.as_ref());
+            let instances = match instancing.filter(|_| mesh.is_some()) {
+                None => None,
+                Some(instancing) => Some(instances::read(instancing, buffers, &place())?),
+            };
+            let own_mesh = if instances.is_some() { None } else { mesh };
+            let added = 1 + instances.as_ref().map_or(0, Vec::len);
+            let (count, limit) = ((shown.len() + added) as u64, limits.max_nodes.into());
+            if count > limit {
                 return Err(ImportFault::TooMany { what: "nodes", count, limit }.at(place()));
             }
-            let here = shown.nodes.len() as u32;
-            let (name, mesh) = (names.name_of(&node, index), node.mesh.map(|mesh| mesh.0));
-            shown.nodes.push(ModelNode { name, parent, parent_from_node, mesh });
-            shown.sources.push(index as u32);
+            let part = |name, parent, matrix, mesh| ModelNode {
+                name,
+                parent,
+                parent_from_node: matrix,
+                mesh,
+            };
+            shown.push(part(name.clone(), parent, parent_from_node, own_mesh));
+            for (instance, matrix) in instances.into_iter().flatten().enumerate() {
+                match refuse_far(&matrix, &(model_from_node * matrix)) {
+                    Ok(()) => {
+                        let name = names.unique.unique(format!("{name}[{instance}]"));
+                        shown.push(part(name, Some(here), matrix, mesh));
+                    }
+                    Err(_) => self.notes.add("instance left out: its place is no coordinate"),
+                }
+            }
             let List(children): List<Whole, MAX_CHILDREN> = node.children.unwrap_or_default();
             let first = stack.len();
             for child in children.iter().map(|child| child.index()) {

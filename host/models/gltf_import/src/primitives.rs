@@ -5,12 +5,14 @@ use std::collections::HashMap;
 use busbar_geometry::RawPrimitive;
 use glam::{Affine2, Vec2, Vec3};
 
-use crate::accessor::Accessor;
+use crate::accessor::{Accessor, AccessorKey};
 use crate::buffers::Buffers;
+use crate::draco::{DracoAttribute, DracoMesh};
 use crate::error::{ImportError, ImportFault, item};
 use crate::extensions::{MESH_FEATURES, PrimitiveFeatures, StructuralMetadata};
 use crate::features::FeatureIds;
 use crate::limits::MAX_COORDINATE;
+use crate::meshes::Source;
 use crate::report::Notes;
 use crate::schema::{self, ComponentType, Shape};
 
@@ -65,8 +67,7 @@ impl PrimitivePlace {
 impl<'a> Primitive<'a> {
     /// Describes a primitive; `None` for points and lines, which have no triangles.
     pub(crate) fn new(
-        buffers: &'a Buffers<'_>,
-        metadata: &StructuralMetadata,
+        source: &'a Source<'a>,
         primitive: &schema::Primitive<'_>,
         mapping: UvMapping,
         place: PrimitivePlace,
@@ -80,10 +81,12 @@ impl<'a> Primitive<'a> {
                 return Err(ImportFault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
             }
         };
+        let Source { buffers, metadata, .. } = source;
         let document = buffers.document();
         if let Some(material) = primitive.material {
             document.materials.require(material.index(), || place.pointer("/material"))?;
         }
+        let draco = DracoSource::new(source, primitive, place)?;
         let accessor = |index: usize, field: &str, rule: AccessorRule| {
             let accessor = Accessor::new(buffers, index, || place.pointer(field))?;
             rule.check(&accessor, || place.pointer(field))?;
@@ -91,8 +94,14 @@ impl<'a> Primitive<'a> {
         };
         let attribute = |name: &str, rule: AccessorRule| {
             let field = format!("/attributes/{name}");
-            let index = primitive.attribute(name);
-            index.map(|index| accessor(index.index(), &field, rule)).transpose()
+            let Some(index) = primitive.attribute(name) else { return Ok(None) };
+            if let Some(draco) = &draco
+                && let Some(accessor) = draco.attribute(name, index.index(), place)?
+            {
+                rule.check(&accessor, || place.pointer(&field))?;
+                return Ok(Some(accessor));
+            }
+            accessor(index.index(), &field, rule).map(Some)
         };
         let Some(positions) = attribute("POSITION", POSITION)? else {
             return Ok(None);
@@ -101,12 +110,16 @@ impl<'a> Primitive<'a> {
         let uvs = attribute(&format!("TEXCOORD_{}", mapping.set), UV)?;
         let features = primitive
             .features()
-            .map(|found| feature_ids(buffers, metadata, &found, place))
+            .map(|found| feature_ids(buffers, metadata, (&found, draco.as_ref()), place))
             .transpose()?;
-        let indices = primitive
-            .indices
-            .map(|index| accessor(index.index(), "/indices", INDEX))
-            .transpose()?;
+        let (indices, mode) = match &draco {
+            Some(draco) => (Some(draco.corners()), Mode::Triangles),
+            None => {
+                let indices = primitive.indices;
+                let named = indices.map(|index| accessor(index.index(), "/indices", INDEX));
+                (named.transpose()?, mode)
+            }
+        };
         if let Some(features) = &features
             && features.ids.count != positions.count
         {
@@ -266,11 +279,77 @@ pub(crate) fn is_coordinate(point: [f32; 3]) -> bool {
     point.iter().all(|c| c.abs() <= MAX_COORDINATE)
 }
 
+/// The compressed mesh of a primitive (KHR_draco_mesh_compression).
+struct DracoSource<'a> {
+    buffers: &'a Buffers<'a>,
+    mesh: &'a DracoMesh,
+    view: usize,
+    /// Unique ids by the name of the attribute.
+    ids: Vec<(String, u32)>,
+}
+
+impl<'a> DracoSource<'a> {
+    /// Decompresses the mesh of a primitive. One whose positions are there without compression is
+    /// read so: they are the substitute for viewers without Draco.
+    fn new(
+        source: &'a Source<'a>,
+        primitive: &schema::Primitive<'_>,
+        place: PrimitivePlace,
+    ) -> Result<Option<Self>, ImportError> {
+        let extensions = primitive.extensions.as_ref();
+        let Some(compressed) = extensions.and_then(|extensions| extensions.draco.as_ref()) else {
+            return Ok(None);
+        };
+        let Some(positions) = primitive.attribute("POSITION") else { return Ok(None) };
+        let named_by = || place.pointer("/attributes/POSITION");
+        let buffers = source.buffers;
+        let positions: schema::Accessor<'_> =
+            buffers.document().accessors.parse(positions.index(), named_by)?;
+        if positions.buffer_view.is_some() {
+            return Ok(None);
+        }
+        let here = || place.pointer("/extensions/KHR_draco_mesh_compression");
+        let view = compressed.buffer_view.index();
+        let mesh = buffers.draco(view, source.max_triangles, here)?;
+        let ids = compressed.attributes.0.iter().map(|(name, id)| (name.clone(), id.0)).collect();
+        Ok(Some(Self { buffers, mesh, view, ids }))
+    }
+
+    /// Returns an attribute; `None` where it is not compressed.
+    fn attribute(
+        &self,
+        name: &str,
+        index: usize,
+        place: PrimitivePlace,
+    ) -> Result<Option<Accessor<'a>>, ImportError> {
+        let Some(&(_, id)) = self.ids.iter().find(|(known, _)| known == name) else {
+            return Ok(None);
+        };
+        let field = format!("/extensions/KHR_draco_mesh_compression/attributes/{name}");
+        let invalid = |what: String| ImportFault::Invalid(what).at(place.pointer(&field));
+        let Some((slot, attribute)) = self.mesh.attribute(id) else {
+            return Err(invalid(format!("the compressed mesh has no attribute {id}")));
+        };
+        let named_by = || place.pointer(&format!("/attributes/{name}"));
+        let json: schema::Accessor<'_> =
+            self.buffers.document().accessors.parse(index, named_by)?;
+        let key = AccessorKey::Draco { view: self.view, attribute: Some(slot) };
+        let DracoAttribute { component_type, components, values, .. } = attribute;
+        let packed = Accessor::packed((index, &json), key, *component_type, *components, values);
+        let shape = || invalid("the compressed attribute has another shape".into());
+        packed.ok_or_else(shape).map(Some)
+    }
+
+    fn corners(&self) -> Accessor<'a> {
+        Accessor::corners(self.view, &self.mesh.corners)
+    }
+}
+
 /// Reads the set of feature ids that a primitive names.
 fn feature_ids<'a>(
     buffers: &'a Buffers<'_>,
     metadata: &StructuralMetadata,
-    found: &PrimitiveFeatures,
+    (found, draco): (&PrimitiveFeatures, Option<&DracoSource<'a>>),
     place: PrimitivePlace,
 ) -> Result<FeatureIds<'a>, ImportError> {
     let here = |field: &str| {
@@ -282,7 +361,14 @@ fn feature_ids<'a>(
         return Err(ImportFault::Invalid(what).at(here("/attribute")));
     };
     let named_by = || place.pointer(&format!("/attributes/{}", found.attribute));
-    let ids = Accessor::new(buffers, accessor.index(), named_by)?;
+    let packed = match draco {
+        Some(draco) => draco.attribute(&found.attribute, accessor.index(), place)?,
+        None => None,
+    };
+    let ids = match packed {
+        Some(ids) => ids,
+        None => Accessor::new(buffers, accessor.index(), named_by)?,
+    };
     FEATURE_ID.check(&ids, named_by)?;
     if ids.normalized {
         return Err(ImportFault::Invalid("feature ids cannot be normalised".into()).at(named_by()));

@@ -139,11 +139,37 @@ pub(crate) struct Buffer<'a> {
 /// View of a part of a buffer.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", expecting = "an object")]
-pub(crate) struct BufferView {
+pub(crate) struct BufferView<'a> {
     pub(crate) buffer: Whole,
     pub(crate) byte_offset: Option<Whole>,
     pub(crate) byte_length: Whole,
     pub(crate) byte_stride: Option<Whole>,
+    #[serde(borrow, default)]
+    pub(crate) extensions: Option<BufferViewExtensions<'a>>,
+}
+
+#[derive(Deserialize)]
+#[serde(expecting = "an object")]
+pub(crate) struct BufferViewExtensions<'a> {
+    #[serde(borrow, rename = "EXT_meshopt_compression")]
+    pub(crate) meshopt: Option<MeshoptView<'a>>,
+    #[serde(borrow, rename = "KHR_meshopt_compression")]
+    pub(crate) khronos_meshopt: Option<MeshoptView<'a>>,
+}
+
+/// The compressed content of a view (EXT_meshopt_compression).
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", expecting = "an object")]
+pub(crate) struct MeshoptView<'a> {
+    pub(crate) buffer: Whole,
+    pub(crate) byte_offset: Option<Whole>,
+    pub(crate) byte_length: Whole,
+    pub(crate) byte_stride: Whole,
+    pub(crate) count: Whole,
+    #[serde(borrow, default)]
+    pub(crate) mode: Text<'a>,
+    #[serde(borrow, default)]
+    pub(crate) filter: Text<'a>,
 }
 
 #[derive(Deserialize)]
@@ -261,6 +287,17 @@ impl Primitive<'_> {
 pub(crate) struct PrimitiveExtensions {
     #[serde(rename = "EXT_mesh_features")]
     pub(crate) mesh_features: Option<MeshFeatures>,
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub(crate) draco: Option<DracoPrimitive>,
+}
+
+/// The compressed content of a primitive (KHR_draco_mesh_compression).
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", expecting = "an object")]
+pub(crate) struct DracoPrimitive {
+    pub(crate) buffer_view: Whole,
+    /// Unique ids in the compressed data, by the name of the attribute.
+    pub(crate) attributes: Members<Whole>,
 }
 
 #[derive(Deserialize)]
@@ -282,6 +319,22 @@ pub(crate) struct Node<'a> {
     pub(crate) translation: Option<Reals<3>>,
     pub(crate) rotation: Option<Reals<4>>,
     pub(crate) scale: Option<Reals<3>>,
+    pub(crate) extensions: Option<NodeExtensions>,
+}
+
+#[derive(Deserialize)]
+#[serde(expecting = "an object")]
+pub(crate) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub(crate) instancing: Option<Instancing>,
+}
+
+/// Accessors of the places at which a node shows its mesh (EXT_mesh_gpu_instancing).
+#[derive(Deserialize)]
+#[serde(expecting = "an object")]
+pub(crate) struct Instancing {
+    #[serde(default)]
+    pub(crate) attributes: Members<Whole>,
 }
 
 /// Children of a node alone, for passes that need nothing else.
