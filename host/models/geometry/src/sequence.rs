@@ -1,4 +1,5 @@
-//! Collapse sequence: the ordered list of half-edge collapses that an optimiser makes.
+//! Collapse sequence: the ordered list of half-edge collapses that an optimiser makes, checked to be
+//! a forest.
 
 use thiserror::Error;
 

@@ -13,10 +13,10 @@ mod materials;
 mod meshes;
 
 use busbar_scene::{Model, ModelNode};
-use glam::Mat4;
+use glam::DMat4;
 
 use crate::binary::Binary;
-use crate::document::{Asset, Document, Node, Scene};
+use crate::document::{Asset, Document, MatrixElement, Node, Scene};
 pub use crate::error::ExportError;
 use crate::materials::MaterialWriter;
 
@@ -67,7 +67,7 @@ fn file_node(node: &ModelNode, file_meshes: &[Option<u32>]) -> Node {
     let matrix = node.parent_from_node;
     Node {
         name: node.name.clone(),
-        matrix: (matrix != Mat4::IDENTITY).then(|| matrix.to_cols_array()),
+        matrix: (matrix != DMat4::IDENTITY).then(|| matrix.to_cols_array().map(MatrixElement)),
         mesh: node.mesh.and_then(|mesh| file_meshes[mesh as usize]),
         children: Vec::new(),
     }

@@ -5,7 +5,7 @@
 use busbar_geometry::{Mesh, RawPrimitive, Section, weld};
 use busbar_gltf_export::{ExportError, write_glb};
 use busbar_scene::{AlphaMode, Material, Model, ModelNode, Texture, TextureRef, Wrap};
-use glam::{Mat4, Vec2, Vec3};
+use glam::{DMat4, DVec3, Vec2, Vec3};
 
 /// An n x n grid of quads in the plane z = 0.
 fn grid(n: u32, material: Option<u32>, uvs: bool) -> RawPrimitive {
@@ -23,7 +23,7 @@ fn grid(n: u32, material: Option<u32>, uvs: bool) -> RawPrimitive {
 }
 
 fn node(name: &str, parent: Option<u32>, mesh: Option<u32>) -> ModelNode {
-    let parent_from_node = Mat4::from_translation(Vec3::new(0.1, 0.0, 0.0));
+    let parent_from_node = DMat4::from_translation(DVec3::new(0.1, 0.0, 0.0));
     ModelNode { name: name.into(), parent, parent_from_node, mesh }
 }
 
@@ -98,7 +98,7 @@ fn nodes_materials_and_textures_read_back() {
     assert_eq!(root.name(), Some("tank"));
     let child = root.children().next().unwrap();
     assert_eq!((child.name(), child.mesh().unwrap().index()), (Some("bushing 1U"), 0));
-    assert_eq!(child.transform().matrix(), model.nodes[1].parent_from_node.to_cols_array_2d());
+    assert_eq!(child.transform().matrix(), model.nodes[1].parent_from_node.as_mat4().to_cols_array_2d());
 
     let paint = file.materials().nth(1).unwrap();
     assert_eq!(paint.alpha_cutoff(), Some(0.25));

@@ -1,6 +1,6 @@
 //! Places at which a node shows its mesh (EXT_mesh_gpu_instancing).
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 
 use crate::accessor::Accessor;
 use crate::buffers::Buffers;
@@ -14,7 +14,7 @@ pub(crate) fn read(
     instancing: &Instancing,
     buffers: &Buffers<'_>,
     node: &str,
-) -> Result<Vec<Mat4>, ImportError> {
+) -> Result<Vec<DMat4>, ImportError> {
     let place = |name: &str| format!("{node}/extensions/EXT_mesh_gpu_instancing/attributes/{name}");
     let attribute = |name: &str, shape: Shape| {
         let named = instancing.attributes.0.iter().find(|(known, _)| known == name);
@@ -46,14 +46,14 @@ pub(crate) fn read(
     }
     let transform = |instance: usize| {
         let vector = |accessor: &Option<Accessor<'_>>, default| {
-            accessor.map_or(default, |of| Vec3::from_array(of.floats_at(instance)))
+            accessor.map_or(default, |of| Vec3::from_array(of.floats_at(instance)).as_dvec3())
         };
-        let rotation =
-            rotations.map_or(Quat::IDENTITY, |of| Quat::from_array(of.floats_at(instance)));
-        Mat4::from_scale_rotation_translation(
-            vector(&scales, Vec3::ONE),
+        let rotation = rotations
+            .map_or(DQuat::IDENTITY, |of| Quat::from_array(of.floats_at(instance)).as_dquat());
+        DMat4::from_scale_rotation_translation(
+            vector(&scales, DVec3::ONE),
             unit_rotation(rotation),
-            vector(&translations, Vec3::ZERO),
+            vector(&translations, DVec3::ZERO),
         )
     };
     Ok((0..count).map(transform).collect())

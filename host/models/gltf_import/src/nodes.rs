@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use busbar_scene::ModelNode;
-use glam::{Mat4, Quat, Vec3};
+use glam::{DMat4, DQuat, DVec3};
 
 use crate::ImportLimits;
 use crate::bounded::List;
@@ -14,7 +14,7 @@ use crate::instances;
 use crate::limits::{MAX_CHILDREN, MAX_COORDINATE};
 use crate::names::{UniqueNames, clean_name};
 use crate::report::Notes;
-use crate::scalars::Whole;
+use crate::scalars::{Doubles, Whole};
 use crate::schema::{Mesh, Node, NodeChildren, Scene};
 
 const NONE: u32 = u32::MAX;
@@ -204,7 +204,7 @@ impl Tree<'_, '_> {
         struct Pending {
             node: usize,
             parent: Option<u32>,
-            model_from_parent: Mat4,
+            model_from_parent: DMat4,
         }
         let document = self.document;
         let mut names =
@@ -212,7 +212,7 @@ impl Tree<'_, '_> {
         let mut shown: Vec<ModelNode> = Vec::new();
         let pend = |node, parent, model_from_parent| Pending { node, parent, model_from_parent };
         let mut stack: Vec<Pending> =
-            starts.iter().rev().map(|&node| pend(node, None, Mat4::IDENTITY)).collect();
+            starts.iter().rev().map(|&node| pend(node, None, DMat4::IDENTITY)).collect();
         while let Some(Pending { node: index, parent, model_from_parent }) = stack.pop() {
             let place = || format!("/nodes/{index}");
             let node: Node<'_> = document.nodes.parse(index, place)?;
@@ -269,8 +269,8 @@ impl Tree<'_, '_> {
 
 /// Nodes keep to the bound that positions keep to; so do the factors of the
 /// products down the hierarchy, which else would soon not be finite.
-fn refuse_far(parent_from_node: &Mat4, model_from_node: &Mat4) -> Result<(), ImportFault> {
-    let within = |values: &[f32]| values.iter().all(|v| v.abs() <= MAX_COORDINATE);
+fn refuse_far(parent_from_node: &DMat4, model_from_node: &DMat4) -> Result<(), ImportFault> {
+    let within = |values: &[f64]| values.iter().all(|v| v.abs() <= MAX_COORDINATE.into());
     let what = if !parent_from_node.is_finite() || !model_from_node.is_finite() {
         "the transform is not finite".to_owned()
     } else if !within(&parent_from_node.w_axis.to_array()) {
@@ -283,15 +283,15 @@ fn refuse_far(parent_from_node: &Mat4, model_from_node: &Mat4) -> Result<(), Imp
     Err(ImportFault::Invalid(what))
 }
 
-fn matrix(node: &Node<'_>) -> Mat4 {
+fn matrix(node: &Node<'_>) -> DMat4 {
     if let Some(matrix) = &node.matrix {
-        return Mat4::from_cols_array(&matrix.0);
+        return DMat4::from_cols_array(&matrix.0);
     }
-    let vector = |values: Option<crate::scalars::Reals<3>>, default: f32| {
-        values.map_or(Vec3::splat(default), |values| Vec3::from_array(values.0))
+    let vector = |values: Option<Doubles<3>>, default: f64| {
+        values.map_or(DVec3::splat(default), |values| DVec3::from_array(values.0))
     };
-    let rotation = node.rotation.map_or(Quat::IDENTITY, |values| Quat::from_array(values.0));
-    Mat4::from_scale_rotation_translation(
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |values| DQuat::from_array(values.0));
+    DMat4::from_scale_rotation_translation(
         vector(node.scale, 1.0),
         unit_rotation(rotation),
         vector(node.translation, 0.0),
@@ -299,8 +299,8 @@ fn matrix(node: &Node<'_>) -> Mat4 {
 }
 
 /// Normalizes a rotation. Exporters write all-zero quaternions for "no rotation".
-pub(crate) fn unit_rotation(rotation: Quat) -> Quat {
-    if rotation.length_squared() == 0.0 { Quat::IDENTITY } else { rotation.normalize() }
+pub(crate) fn unit_rotation(rotation: DQuat) -> DQuat {
+    if rotation.length_squared() == 0.0 { DQuat::IDENTITY } else { rotation.normalize() }
 }
 
 /// Names of nodes, unique within the model.

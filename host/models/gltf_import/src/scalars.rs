@@ -51,67 +51,89 @@ impl<'de> Deserialize<'de> for Whole {
     }
 }
 
-/// A number of single precision; too large ones are infinite.
+/// A number of double precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Real(pub(crate) f32);
+struct Double(f64);
 
-struct RealVisitor;
+struct DoubleVisitor;
 
-impl Visitor<'_> for RealVisitor {
-    type Value = Real;
+impl Visitor<'_> for DoubleVisitor {
+    type Value = Double;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a number")
     }
 
-    fn visit_u64<E: Error>(self, value: u64) -> Result<Real, E> {
-        Ok(Real(value as f32))
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Double, E> {
+        Ok(Double(value as f64))
     }
 
-    fn visit_i64<E: Error>(self, value: i64) -> Result<Real, E> {
-        Ok(Real(value as f32))
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Double, E> {
+        Ok(Double(value as f64))
     }
 
-    fn visit_f64<E: Error>(self, value: f64) -> Result<Real, E> {
-        Ok(Real(value as f32))
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Double, E> {
+        Ok(Double(value))
     }
 }
+
+impl<'de> Deserialize<'de> for Double {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(DoubleVisitor)
+    }
+}
+
+/// A number of single precision; too large ones are infinite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Real(pub(crate) f32);
 
 impl<'de> Deserialize<'de> for Real {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(RealVisitor)
+        let Double(number) = Double::deserialize(deserializer)?;
+        Ok(Self(number as f32))
     }
 }
 
-/// A list of `N` numbers.
+/// A list of `N` numbers of single precision; too large ones are infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reals<const N: usize>(pub(crate) [f32; N]);
 
-struct RealsVisitor<const N: usize>;
+/// A list of `N` numbers of double precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Doubles<const N: usize>(pub(crate) [f64; N]);
 
-impl<'de, const N: usize> Visitor<'de> for RealsVisitor<N> {
-    type Value = Reals<N>;
+struct DoublesVisitor<const N: usize>;
+
+impl<'de, const N: usize> Visitor<'de> for DoublesVisitor<N> {
+    type Value = Doubles<N>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "a list of {N} numbers")
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Reals<N>, A::Error> {
+    fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Doubles<N>, A::Error> {
         let mut numbers = [0.0; N];
         let mut count = 0;
-        while let Some(Real(number)) = seq.next_element()? {
+        while let Some(Double(number)) = seq.next_element()? {
             if let Some(place) = numbers.get_mut(count) {
                 *place = number;
             }
             count += 1;
         }
-        if count == N { Ok(Reals(numbers)) } else { Err(A::Error::invalid_length(count, &self)) }
+        if count == N { Ok(Doubles(numbers)) } else { Err(A::Error::invalid_length(count, &self)) }
     }
 }
 
 impl<'de, const N: usize> Deserialize<'de> for Reals<N> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_seq(RealsVisitor)
+        let Doubles(numbers) = Doubles::deserialize(deserializer)?;
+        Ok(Self(numbers.map(|number| number as f32)))
+    }
+}
+
+impl<'de, const N: usize> Deserialize<'de> for Doubles<N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(DoublesVisitor)
     }
 }
 

@@ -6,7 +6,7 @@ use serde_json::value::RawValue;
 use crate::bounded::{List, Members};
 use crate::extensions::FeatureIdSets;
 use crate::limits::{MAX_CHILDREN, MAX_PRIMITIVES};
-use crate::scalars::{Flag, Real, Reals, Text, Whole};
+use crate::scalars::{Doubles, Flag, Real, Reals, Text, Whole};
 
 /// Type of an accessor's components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -315,10 +315,10 @@ pub(crate) struct Node<'a> {
     #[serde(default)]
     pub(crate) children: Option<List<Whole, MAX_CHILDREN>>,
     pub(crate) mesh: Option<Whole>,
-    pub(crate) matrix: Option<Reals<16>>,
-    pub(crate) translation: Option<Reals<3>>,
-    pub(crate) rotation: Option<Reals<4>>,
-    pub(crate) scale: Option<Reals<3>>,
+    pub(crate) matrix: Option<Doubles<16>>,
+    pub(crate) translation: Option<Doubles<3>>,
+    pub(crate) rotation: Option<Doubles<4>>,
+    pub(crate) scale: Option<Doubles<3>>,
     pub(crate) extensions: Option<NodeExtensions>,
 }
 

@@ -3,7 +3,7 @@
 Waits for a calm picture, writes it, picks what is in its middle, and ends."""
 import select
 import sys
-from ctypes import CDLL, POINTER, Structure, byref, c_char_p, c_float, c_int64
+from ctypes import CDLL, POINTER, Structure, byref, c_char_p, c_double, c_int64
 from ctypes import c_uint32, c_uint64, c_ubyte, c_void_p, sizeof, string_at
 
 
@@ -16,7 +16,7 @@ class Options(Structure):
 class Event(Structure):
     _fields_ = [(name, c_uint32) for name in ("struct_size kind dropped liveness alarm_state "
                 "alarm_action shelve_seconds quality origins verdict is_assumed reserved").split()] + [
-        ("unix_nanos", c_int64), ("eye", c_float * 3), ("target", c_float * 3),
+        ("unix_nanos", c_int64), ("eye", c_double * 3), ("target", c_double * 3),
         ("id", c_char_p), ("overlay", c_char_p), ("text", c_char_p)]
 
 

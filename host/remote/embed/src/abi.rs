@@ -7,7 +7,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Version of this interface; a library of another version must not be used.
-pub const BUSBAR_VIEW_ABI: u32 = 3;
+pub const BUSBAR_VIEW_ABI: u32 = 4;
 
 /// Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
 pub const BUSBAR_VIEW_FLAG_PANELS: u32 = 1;
@@ -334,9 +334,9 @@ pub struct BusbarViewEvent {
     /// Time since which the alarm is in its state, nanoseconds since 1970-01-01 UTC.
     pub unix_nanos: i64,
     /// Position of the camera, world space in metres.
-    pub eye: [f32; 3],
+    pub eye: [f64; 3],
     /// Point that the camera looks at, world space in metres.
-    pub target: [f32; 3],
+    pub target: [f64; 3],
     /// Identifier of the equipment, alarm, tag, plugin instance or configuration.
     pub id: *const c_char,
     /// Plugin instance that gives the verdict.

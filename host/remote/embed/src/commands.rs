@@ -86,15 +86,15 @@ pub unsafe extern "C" fn busbar_view_use_camera(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn busbar_view_look(
     view: *const BusbarView,
-    eye: *const f32,
-    target: *const f32,
+    eye: *const f64,
+    target: *const f64,
 ) -> BusbarStatus {
     if eye.is_null() || target.is_null() || !eye.is_aligned() || !target.is_aligned() {
         return BusbarStatus::Invalid;
     }
     // SAFETY: the caller's.
     let (eye, target) =
-        unsafe { (eye.cast::<[f32; 3]>().read(), target.cast::<[f32; 3]>().read()) };
+        unsafe { (eye.cast::<[f64; 3]>().read(), target.cast::<[f64; 3]>().read()) };
     let pose = CameraPose { eye, target, is_orthographic: false };
     // SAFETY: the caller's.
     unsafe { ask(view, Some(Command::SetCamera(pose))) }

@@ -47,7 +47,7 @@ fn frame_times(host: &mut Host) -> Vec<Duration> {
     let (mut times, mut last) = (Vec::new(), Instant::now());
     let mut sequence = host.frame().expect("there is one").sequence;
     for number in 1_u8..40 {
-        let eye = [40.0, 25.0 + f32::from(number) * 0.05, 30.0];
+        let eye = [40.0, 25.0 + f64::from(number) * 0.05, 30.0];
         // SAFETY: an open view and three numbers each.
         let look = |view| unsafe {
             busbar::commands::busbar_view_look(view, eye.as_ptr(), [0.0, 3.0, 0.0].as_ptr())

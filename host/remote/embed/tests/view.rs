@@ -69,7 +69,7 @@ fn a_program_gets_pictures_events_and_what_it_asks() {
         host.call(|view| unsafe { busbar_view_look(view, eye.as_ptr(), target.as_ptr()) }),
         BusbarStatus::Ok
     );
-    let near = |a: [f32; 3]| a.iter().zip(eye).all(|(a, b)| (a - b).abs() < 1e-3);
+    let near = |a: [f64; 3]| a.iter().zip(eye).all(|(a, b)| (a - b).abs() < 1e-3);
     host.wait("camera", |e| e.kind == BusbarViewEventKind::Camera && near(e.eye));
     assert_eq!(host.call(|view| unsafe { busbar_view_resize(view, 500, 300) }), BusbarStatus::Ok);
     let resized = host.wait_for_frame("of the new size", |f| f.size == [500, 300]);
@@ -249,7 +249,7 @@ fn wrong_use_is_refused_and_touches_nothing() {
         assert_eq!(busbar_view_set_theta(view, 1.5), BusbarStatus::Invalid);
         assert_eq!(busbar_view_set_theta(view, f64::NAN), BusbarStatus::Invalid);
         assert_eq!(
-            busbar_view_look(view, [f32::NAN; 3].as_ptr(), [0.0; 3].as_ptr()),
+            busbar_view_look(view, [f64::NAN; 3].as_ptr(), [0.0; 3].as_ptr()),
             BusbarStatus::Invalid
         );
         assert_eq!(busbar_view_use_camera(view, null.cast()), BusbarStatus::Invalid);

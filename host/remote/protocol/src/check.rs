@@ -79,8 +79,14 @@ fn size(size: [u32; 2]) -> Result<(), String> {
     Ok(())
 }
 
-fn finite<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> Result<(), String> {
-    match numbers.into_iter().find(|number| !number.is_finite()) {
+fn finite<'a, N: Copy + Into<f64> + 'a>(
+    numbers: impl IntoIterator<Item = &'a N>,
+) -> Result<(), String> {
+    match numbers
+        .into_iter()
+        .map(|number| (*number).into())
+        .find(|number: &f64| !number.is_finite())
+    {
         Some(number) => Err(format!("a coordinate is {number}")),
         None => Ok(()),
     }

@@ -7,7 +7,7 @@ use busbar_types::{AlarmState, Origin, QualityLevel, Value};
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
-pub const PROTOCOL_VERSION: u32 = 6;
+pub const PROTOCOL_VERSION: u32 = 7;
 /// The longest message, either way.
 pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// The longest id, name or path in a message, bytes.
@@ -60,9 +60,9 @@ pub enum Target {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CameraPose {
     /// Position of the camera.
-    pub eye: [f32; 3],
+    pub eye: [f64; 3],
     /// Point that the camera looks at.
-    pub target: [f32; 3],
+    pub target: [f64; 3],
     /// Reports whether the projection is orthographic.
     pub is_orthographic: bool,
 }

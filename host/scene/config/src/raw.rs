@@ -229,7 +229,7 @@ pub(crate) struct RawTransform {
     /// Metres along x, y and z.
     #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
     #[schemars(extend("examples" = [[0, 0, 0]]))]
-    pub(crate) translation: [f32; 3],
+    pub(crate) translation: [f64; 3],
     /// Degrees about x, y and z, applied in that order.
     #[schemars(inner(range(min = -360.0, max = 360.0)), extend("examples" = [[0, 90, 0]]))]
     pub(crate) rotation_degrees: [f32; 3],
@@ -403,11 +403,11 @@ pub(crate) struct RawCamera {
     /// Position of the camera, in metres.
     #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
     #[schemars(extend("examples" = [[12, 6, 14]]))]
-    pub(crate) eye: [f32; 3],
+    pub(crate) eye: [f64; 3],
     /// Point that the camera looks at, in metres.
     #[schemars(inner(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES)))]
     #[schemars(extend("examples" = [[0, 3, 0]]))]
-    pub(crate) target: [f32; 3],
+    pub(crate) target: [f64; 3],
     /// Vertical field of view in degrees.
     #[serde(default = "default_fov_degrees")]
     #[schemars(range(min = 1.0, max = 150.0), extend("examples" = [45]))]
@@ -560,7 +560,7 @@ pub(crate) struct RawSection {
     /// Distance of the plane from the origin along the normal, metres.
     #[schemars(range(min = -MAX_COORDINATE_METRES, max = MAX_COORDINATE_METRES))]
     #[schemars(extend("examples" = [2]))]
-    pub(crate) distance: f32,
+    pub(crate) distance: f64,
 }
 
 /// Results of optimisers on disk.

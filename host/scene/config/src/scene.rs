@@ -221,7 +221,7 @@ pub struct NodeConfig {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransformConfig {
     /// Translation of the node, metres.
-    pub translation: [f32; 3],
+    pub translation: [f64; 3],
     /// Degrees about x, y and z.
     pub rotation_degrees: [f32; 3],
     /// Factors along x, y and z; none is zero.

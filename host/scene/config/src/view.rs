@@ -7,9 +7,9 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraConfig {
     /// Position of the camera, metres.
-    pub eye: [f32; 3],
+    pub eye: [f64; 3],
     /// Point that the camera looks at, metres; never the eye itself.
-    pub target: [f32; 3],
+    pub target: [f64; 3],
     /// Vertical field of view in degrees.
     pub fov_degrees: f32,
     /// Projection of the camera.
@@ -100,5 +100,5 @@ pub struct SectionConfig {
     /// Normal towards the part that is cut away, a unit vector; y is up.
     pub normal: [f32; 3],
     /// Distance of the plane from the origin along the normal, metres.
-    pub distance: f32,
+    pub distance: f64,
 }

@@ -5,7 +5,7 @@ use busbar_lod::{Group, find_groups};
 use busbar_scene::{
     Model, ModelIndex, ModelNode, NodeIndex, Placement, PolicyIndex, SceneGraph, Transform,
 };
-use glam::{Mat4, Vec3};
+use glam::{DMat4, Vec3};
 
 const PIECES: usize = 10;
 
@@ -22,7 +22,7 @@ fn model() -> Model {
     let node = ModelNode {
         name: "mesh".into(),
         parent: None,
-        parent_from_node: Mat4::IDENTITY,
+        parent_from_node: DMat4::IDENTITY,
         mesh: Some(0),
     };
     Model { meshes: vec![triangle()], nodes: vec![node], ..Default::default() }

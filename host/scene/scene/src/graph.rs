@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use busbar_geometry::Bounds;
-use glam::{EulerRot, Mat4, Quat, Vec3};
+use glam::{DMat4, DVec3, EulerRot, Mat4, Quat, Vec3};
 use thiserror::Error;
 
 use crate::instances::{Instances, MeshInstance};
@@ -21,7 +21,7 @@ pub const MAX_NODES: usize = 4_000_000;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
     /// Translation along each axis, metres.
-    pub translation: Vec3,
+    pub translation: DVec3,
     /// Degrees about x, y and z, applied in that order.
     pub rotation_degrees: Vec3,
     /// Factors along x, y and z.
@@ -72,12 +72,13 @@ impl<'a> SceneNode<'a> {
         self.nodes.parent(self.place)
     }
 
-    /// Returns the transform from this node's space to the world.
+    /// Returns the transform from this node's space to the world, relative to
+    /// [`SceneGraph::origin`].
     pub fn world_from_node(&self) -> Mat4 {
         self.nodes.world_from(self.place)
     }
 
-    /// Returns the world-space box around this node's subtree.
+    /// Returns the world-space box around this node's subtree, relative to [`SceneGraph::origin`].
     pub fn bounds(&self) -> Option<Bounds> {
         self.nodes.bounds(self.place)
     }
@@ -147,16 +148,17 @@ pub struct SceneGraph {
 
 impl Default for Transform {
     fn default() -> Self {
-        Self { translation: Vec3::ZERO, rotation_degrees: Vec3::ZERO, scale: Vec3::ONE }
+        Self { translation: DVec3::ZERO, rotation_degrees: Vec3::ZERO, scale: Vec3::ONE }
     }
 }
 
 impl Transform {
     /// Returns the matrix from the placement's space to its parent's.
-    pub fn matrix(&self) -> Mat4 {
+    pub fn matrix(&self) -> DMat4 {
         let [x, y, z] = (self.rotation_degrees * (std::f32::consts::PI / 180.0)).to_array();
         let rotation = Quat::from_euler(EulerRot::ZYX, z, y, x);
-        Mat4::from_scale_rotation_translation(self.scale, rotation, self.translation)
+        let turn = Mat4::from_scale_rotation_translation(self.scale, rotation, Vec3::ZERO);
+        DMat4 { w_axis: self.translation.extend(1.0), ..turn.as_dmat4() }
     }
 }
 
@@ -225,7 +227,15 @@ impl SceneGraph {
         SceneNode { nodes: &self.nodes, place: self.nodes.address_of(index) }
     }
 
-    /// Returns the transform from the space of an instance's mesh to the world.
+    /// Returns the point of the world, metres, that all transforms and boxes of the scene are
+    /// relative to: zero, or near the middle of a scene that is far from it. Single precision would
+    /// else place a part of a plant in national coordinates a quarter of a metre wrong.
+    pub fn origin(&self) -> DVec3 {
+        self.nodes.origin()
+    }
+
+    /// Returns the transform from the space of an instance's mesh to the world, relative to
+    /// [`Self::origin`].
     pub fn world_from_mesh(&self, instance: &MeshInstance) -> Mat4 {
         self.nodes.world_from(self.nodes.address_in(instance.placement, instance.node))
     }

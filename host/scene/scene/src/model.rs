@@ -1,7 +1,7 @@
 //! A model as imported: meshes, materials, textures and named nodes.
 
 use busbar_geometry::Mesh;
-use glam::Mat4;
+use glam::DMat4;
 
 use crate::max_scale_factor;
 
@@ -25,25 +25,6 @@ pub struct Model {
     pub nodes: Vec<ModelNode>,
 }
 
-impl Model {
-    /// Returns the greatest scale of each mesh among the nodes that show it: metres of the model to
-    /// a unit of the mesh; 1 where none shows it.
-    pub fn mesh_scales(&self) -> Vec<f32> {
-        let mut scales: Vec<Option<f32>> = vec![None; self.meshes.len()];
-        let mut model_from_node: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
-        for node in &self.nodes {
-            let parent = node.parent.and_then(|parent| model_from_node.get(parent as usize));
-            let transform = parent.map_or(node.parent_from_node, |of| *of * node.parent_from_node);
-            model_from_node.push(transform);
-            if let Some(known) = node.mesh.and_then(|mesh| scales.get_mut(mesh as usize)) {
-                let scale = max_scale_factor(&transform);
-                *known = Some(known.map_or(scale, |known| known.max(scale)));
-            }
-        }
-        scales.into_iter().map(|scale| scale.unwrap_or(1.0)).collect()
-    }
-}
-
 /// One node of a model file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelNode {
@@ -51,8 +32,9 @@ pub struct ModelNode {
     pub name: String,
     /// Parent, an earlier node; `None` for a root.
     pub parent: Option<u32>,
-    /// Transform from this node's space to its parent's.
-    pub parent_from_node: Mat4,
+    /// Transform from this node's space to its parent's, in double precision: plants are drawn in
+    /// the coordinates of the country.
+    pub parent_from_node: DMat4,
     /// Mesh shown at this node.
     pub mesh: Option<u32>,
 }
@@ -155,12 +137,25 @@ impl Model {
     }
 
     /// Returns the transforms from each node's space to the model's.
-    pub fn model_from_nodes(&self) -> Vec<Mat4> {
-        let mut transforms: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
+    pub fn model_from_nodes(&self) -> Vec<DMat4> {
+        let mut transforms: Vec<DMat4> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
-            let parent = node.parent.map_or(Mat4::IDENTITY, |p| transforms[p as usize]);
+            let parent = node.parent.map_or(DMat4::IDENTITY, |p| transforms[p as usize]);
             transforms.push(parent * node.parent_from_node);
         }
         transforms
+    }
+
+    /// Returns the greatest scale of each mesh among the nodes that show it: metres of the model to
+    /// a unit of the mesh; 1 where none shows it.
+    pub fn mesh_scales(&self) -> Vec<f32> {
+        let mut scales: Vec<Option<f32>> = vec![None; self.meshes.len()];
+        for (node, model_from_node) in self.nodes.iter().zip(self.model_from_nodes()) {
+            if let Some(known) = node.mesh.and_then(|mesh| scales.get_mut(mesh as usize)) {
+                let scale = max_scale_factor(&model_from_node.as_mat4());
+                *known = Some(known.map_or(scale, |known| known.max(scale)));
+            }
+        }
+        scales.into_iter().map(|scale| scale.unwrap_or(1.0)).collect()
     }
 }

@@ -6,7 +6,7 @@ use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 
 use busbar_geometry::Bounds;
-use glam::{Mat3, Mat4, Vec3};
+use glam::{DMat3, DMat4, DVec3, Mat4};
 use hashbrown::HashTable;
 
 use crate::node_index::{NodeAddress, NodeIndex};
@@ -16,6 +16,12 @@ use crate::{EquipmentId, ModelIndex};
 
 /// In place of an index: there is none.
 const NONE: u32 = u32::MAX;
+
+/// Distance of a scene's middle from zero up to which its transforms are those of the world: single
+/// precision keeps half a millimetre there, metres.
+const NEAR_METRES: f64 = 4096.0;
+/// Step of the point that transforms are relative to, metres: a number that adds without rounding.
+const ORIGIN_STEP: f64 = 1024.0;
 
 /// Packed record of a placement.
 #[derive(Clone, Copy, Debug)]
@@ -29,14 +35,14 @@ struct PlacementRecord {
     id_end: u32,
 }
 
-/// Affine transforms: how things are turned and scaled, of which a site has few ways, is kept
-/// once.
+/// Affine transforms in double precision: how things are turned and scaled, of which a site has
+/// few ways, is kept once.
 #[derive(Clone, Debug, Default)]
 struct Transforms {
     /// The first three columns.
-    turns: Vec<Mat3>,
+    turns: Vec<DMat3>,
     /// Turns by the bits of their numbers, as long as something is placed.
-    known: HashMap<[u32; 9], u32>,
+    known: HashMap<[u64; 9], u32>,
     all: Vec<PackedTransform>,
 }
 
@@ -44,7 +50,7 @@ struct Transforms {
 #[derive(Clone, Copy, Debug)]
 struct PackedTransform {
     turn: u32,
-    origin: Vec3,
+    origin: DVec3,
 }
 
 impl Transforms {
@@ -52,24 +58,25 @@ impl Transforms {
         Self { all: Vec::with_capacity(count), ..Self::default() }
     }
 
-    fn push(&mut self, matrix: &Mat4) {
-        let turn = Mat3::from_mat4(*matrix);
+    fn push(&mut self, matrix: &DMat4) {
+        let turn = DMat3::from_mat4(*matrix);
         let next = self.turns.len() as u32;
-        let known = self.known.entry(turn.to_cols_array().map(f32::to_bits)).or_insert(next);
+        let known = self.known.entry(turn.to_cols_array().map(f64::to_bits)).or_insert(next);
         if *known == next {
             self.turns.push(turn);
         }
         self.all.push(PackedTransform { turn: *known, origin: matrix.w_axis.truncate() });
     }
 
-    fn get(&self, index: u32) -> Mat4 {
+    /// Returns a transform as it is relative to a point of the world.
+    fn get(&self, index: u32, relative_to: DVec3) -> DMat4 {
         let PackedTransform { turn, origin } = self.all[index as usize];
-        let Mat3 { x_axis, y_axis, z_axis } = self.turns[turn as usize];
-        Mat4::from_cols(
+        let DMat3 { x_axis, y_axis, z_axis } = self.turns[turn as usize];
+        DMat4::from_cols(
             x_axis.extend(0.0),
             y_axis.extend(0.0),
             z_axis.extend(0.0),
-            origin.extend(1.0),
+            (origin - relative_to).extend(1.0),
         )
     }
 }
@@ -81,6 +88,8 @@ pub(crate) struct Nodes {
     parts: Vec<Arc<Parts>>,
     records: Vec<PlacementRecord>,
     world_from_placements: Transforms,
+    /// Point of the world that all transforms and boxes are relative to.
+    origin: DVec3,
     /// Boxes of the subtrees of placements that have children.
     tree_bounds: HashMap<u32, Bounds>,
     /// All placements' ids, one behind the other.
@@ -119,7 +128,7 @@ impl Nodes {
         &mut self,
         id: &str,
         parent: Option<u32>,
-        parent_from_placement: &Mat4,
+        parent_from_placement: &DMat4,
         model: Option<ModelIndex>,
     ) -> Result<u32, u32> {
         if let Some(first) = self.placement(id) {
@@ -134,8 +143,8 @@ impl Nodes {
             id_end: self.ids.len() as u32,
         });
         self.count += 1 + model.map_or(0, |model| self.parts_of_model(model).all.len());
-        let world_from_parent =
-            parent.map_or(Mat4::IDENTITY, |parent| self.world_from_placements.get(parent));
+        let world_from_parent = parent
+            .map_or(DMat4::IDENTITY, |parent| self.world_from_placements.get(parent, DVec3::ZERO));
         self.world_from_placements.push(&(world_from_parent * *parent_from_placement));
         let hash = self.hasher.hash_one(id);
         let Self { by_id, records, ids, hasher, .. } = self;
@@ -154,6 +163,7 @@ impl Nodes {
     pub(crate) fn finish(&mut self) -> Option<Bounds> {
         self.world_from_placements.known = HashMap::new();
         self.ids.shrink_to_fit();
+        self.origin = self.far_origin();
         let mut all = None;
         for placement in (0..self.records.len() as u32).rev() {
             let below = self.tree_bounds.get(&placement).copied();
@@ -172,13 +182,46 @@ impl Nodes {
         all
     }
 
+    /// Point that the transforms of a scene are relative to: its middle, where that is far from zero.
+    fn far_origin(&self) -> DVec3 {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for placement in 0..self.records.len() as u32 {
+            let Some(parts) = self.parts.get(self.records[placement as usize].model as usize)
+            else {
+                continue;
+            };
+            let world_from_placement = self.world_from_placements.get(placement, DVec3::ZERO);
+            for mesh in &parts.meshes {
+                let Some(bounds) = mesh.bounds else { continue };
+                let placement_from_part = parts.all[mesh.part as usize].placement_from_part;
+                let middle = placement_from_part.transform_point3(bounds.center().as_dvec3());
+                let middle = world_from_placement.transform_point3(middle);
+                (low, high) = (low.min(middle), high.max(middle));
+            }
+        }
+        let middle = (low + high) * 0.5;
+        match middle.is_finite() && middle.abs().max_element() > NEAR_METRES {
+            true => (middle / ORIGIN_STEP).round() * ORIGIN_STEP,
+            false => DVec3::ZERO,
+        }
+    }
+
+    /// Returns the point of the world that transforms and boxes are relative to.
+    pub(crate) fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    fn placed(&self, placement: u32) -> DMat4 {
+        self.world_from_placements.get(placement, self.origin)
+    }
+
     /// Returns the box around a placement's own meshes, as modelled.
     fn bounds_as_modelled(&self, placement: u32) -> Option<Bounds> {
         let parts = self.parts.get(self.records[placement as usize].model as usize)?;
-        let world_from_placement = self.world_from_placements.get(placement);
+        let world_from_placement = self.placed(placement);
         let of_mesh = |mesh: &PartMesh| {
             let placement_from_part = parts.all[mesh.part as usize].placement_from_part;
-            Some(mesh.bounds?.transformed(&(world_from_placement * placement_from_part)))
+            Some(mesh.bounds?.transformed(&(world_from_placement * placement_from_part).as_mat4()))
         };
         parts.meshes.iter().filter_map(of_mesh).reduce(Bounds::union)
     }
@@ -226,17 +269,18 @@ impl Nodes {
         Some(self.node(above))
     }
 
+    /// Returns the transform from a node to the world, relative to [`Self::origin`].
     pub(crate) fn world_from(&self, place: NodeAddress) -> Mat4 {
-        let world_from_placement = self.world_from_placements.get(place.placement);
-        let Some(part) = place.part else { return world_from_placement };
+        let world_from_placement = self.placed(place.placement);
+        let Some(part) = place.part else { return world_from_placement.as_mat4() };
         let PlacementRecord { model, .. } = self.records[place.placement as usize];
         let parts = &self.parts[model as usize];
         let placement_from_part = self.poses.placement_from(parts, place.placement, part);
         // Most parts stand where their placement does, and this is asked each frame.
-        if placement_from_part == Mat4::IDENTITY {
-            return world_from_placement;
+        if placement_from_part == DMat4::IDENTITY {
+            return world_from_placement.as_mat4();
         }
-        world_from_placement * placement_from_part
+        (world_from_placement * placement_from_part).as_mat4()
     }
 
     /// Moves a part from where its model has it, or back there; whether that changes it.

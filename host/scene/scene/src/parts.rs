@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use busbar_geometry::{Bounds, Mesh};
-use glam::Mat4;
+use glam::DMat4;
 
 use crate::{Model, features};
 
@@ -23,7 +23,7 @@ pub(crate) struct Part {
     pub(crate) name: String,
     /// Index of a part before this one; `None` where that is the placement.
     pub(crate) parent: Option<u32>,
-    pub(crate) placement_from_part: Mat4,
+    pub(crate) placement_from_part: DMat4,
     /// Around all that hangs under it, in its own space.
     pub(crate) bounds: Option<Bounds>,
 }
@@ -56,7 +56,7 @@ impl Parts {
                     true => name.clone(),
                     false => format!("{}/{name}", node.name),
                 };
-                parts.add(name, Some(index), &Mat4::IDENTITY, bounds);
+                parts.add(name, Some(index), &DMat4::IDENTITY, bounds);
             }
             let bounds = boxes[mesh as usize];
             parts.all[index as usize].bounds = bounds;
@@ -76,7 +76,7 @@ impl Parts {
         &mut self,
         name: String,
         parent: Option<u32>,
-        parent_from_part: &Mat4,
+        parent_from_part: &DMat4,
         bounds: Option<Bounds>,
     ) -> u32 {
         let index = self.all.len() as u32;
@@ -84,7 +84,7 @@ impl Parts {
             self.twins.get_or_insert((first, index));
         }
         let of_parent =
-            parent.map_or(Mat4::IDENTITY, |parent| self.all[parent as usize].placement_from_part);
+            parent.map_or(DMat4::IDENTITY, |parent| self.all[parent as usize].placement_from_part);
         let placement_from_part = of_parent * *parent_from_part;
         self.all.push(Part { name, parent, placement_from_part, bounds });
         index
@@ -98,7 +98,8 @@ impl Parts {
             let above = node.parent.and_then(|parent| nodes[parent as usize]);
             let (Some(own), Some(above)) = (own, above) else { continue };
             let bounds = self.all[own as usize].bounds;
-            let in_parent = bounds.map(|bounds| bounds.transformed(&node.parent_from_node));
+            let in_parent =
+                bounds.map(|bounds| bounds.transformed(&node.parent_from_node.as_mat4()));
             let into = &mut self.all[above as usize].bounds;
             *into = union_bounds(*into, in_parent);
         }

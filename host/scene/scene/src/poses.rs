@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glam::Mat4;
+use glam::{DMat4, Mat4};
 
 use crate::node_index::NodeAddress;
 use crate::parts::Parts;
@@ -39,7 +39,7 @@ impl Poses {
 
     /// Returns the transform of a part in its placement, with its own pose and those of its
     /// ancestors.
-    pub(crate) fn placement_from(&self, parts: &Parts, placement: u32, part: u32) -> Mat4 {
+    pub(crate) fn placement_from(&self, parts: &Parts, placement: u32, part: u32) -> DMat4 {
         let as_modelled = parts.all[part as usize].placement_from_part;
         let Some(moved) = self.of_placements.get(&placement) else { return as_modelled };
         let mut placement_from_part = as_modelled;
@@ -48,7 +48,8 @@ impl Poses {
             let own = &parts.all[index as usize];
             if let Some((_, pose)) = moved.iter().find(|(other, _)| *other == index) {
                 let from_own = own.placement_from_part;
-                placement_from_part = from_own * *pose * from_own.inverse() * placement_from_part;
+                let moved_own = from_own * pose.as_dmat4() * from_own.inverse();
+                placement_from_part = moved_own * placement_from_part;
             }
             above = own.parent;
         }

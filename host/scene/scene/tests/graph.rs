@@ -8,7 +8,7 @@ use busbar_geometry::{Bounds, RawPrimitive, weld};
 use busbar_scene::{
     Model, ModelIndex, ModelNode, Placement, PolicyIndex, SceneError, SceneGraph, Transform,
 };
-use glam::{Mat4, Vec3};
+use glam::{DMat4, DVec3, Mat4, Vec3};
 
 fn model() -> Model {
     let primitive = RawPrimitive {
@@ -19,7 +19,7 @@ fn model() -> Model {
     let node = |name: &str, parent, mesh| ModelNode {
         name: name.into(),
         parent,
-        parent_from_node: Mat4::from_translation(Vec3::Z),
+        parent_from_node: DMat4::from_translation(DVec3::Z),
         mesh,
     };
     Model {
@@ -30,7 +30,7 @@ fn model() -> Model {
 }
 
 fn placement(id: &str, parent: Option<usize>, x: f32) -> Placement {
-    let transform = Transform { translation: Vec3::X * x, ..Default::default() };
+    let transform = Transform { translation: DVec3::X * f64::from(x), ..Default::default() };
     Placement { id: id.into(), parent, transform, model: Some(ModelIndex(0)), theta: None }
 }
 
@@ -143,7 +143,7 @@ fn model_with_features(names: [&str; 2], nodes: &[&str]) -> Model {
     let node = |name: &&str| ModelNode {
         name: (*name).into(),
         parent: None,
-        parent_from_node: Mat4::from_translation(Vec3::Y),
+        parent_from_node: DMat4::from_translation(DVec3::Y),
         mesh: Some(0),
     };
     Model {

@@ -19,6 +19,7 @@ mod load;
 mod loaded_model;
 mod loaded_scene;
 mod mesh_cache;
+mod mesh_splitting;
 mod models;
 mod moving_part_check;
 mod moving_parts;

@@ -14,6 +14,7 @@ use crate::diagnostics::{DiagnosticsCollector, LoadError};
 use crate::equipment::EquipmentIndex;
 use crate::loaded_model::{LoadMillis, LoadProgress, LoadedModel};
 use crate::loaded_scene::LoadedScene;
+use crate::mesh_splitting::split_meshes;
 use crate::moving_parts::MovingPartTable;
 use crate::reuse::ReusePlan;
 use crate::stack_builder::millis_since;
@@ -69,7 +70,7 @@ impl LoadedScene {
         let known = reuse.scene().filter(|_| reuse.has_same_graph());
         let graph = known.map(|scene| Arc::clone(&scene.graph)).or_else(|| {
             let mut graph = bindings::place(&config, &imported, &mut faults);
-            models::split_meshes(&config, &mut imported, graph.as_mut());
+            split_meshes(&config, &mut imported, graph.as_mut());
             graph.map(Arc::new)
         });
         let placed = graph.as_deref();

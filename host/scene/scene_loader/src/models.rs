@@ -6,10 +6,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use busbar_config::{Config, join_pointer};
-use busbar_geometry::{Mesh, PieceLimits};
 use busbar_gltf_import::{ImportError, ImportLimits, MeshCache, import_file_with_cache};
 use busbar_plugin_process::{Optimizer, Plugin};
-use busbar_scene::{Model, ModelIndex, ModelParts, SceneGraph};
+use busbar_scene::{Model, ModelParts};
 use busbar_stack_cache::{OptimizerDigest, StackCache};
 use rayon::prelude::*;
 
@@ -17,6 +16,7 @@ use crate::diagnostics::DiagnosticsCollector;
 use crate::file_version::{FileVersion, version};
 use crate::loaded_model::{LoadMillis, LoadProgress, LoadedModel, ModelProvenance};
 use crate::mesh_cache::{self, WeldedMeshCache};
+use crate::mesh_splitting::scales_of_pieces;
 use crate::reuse::ReusePlan;
 use crate::stack_builder::StackBuilder;
 use crate::theta_policies::screen_error_models;
@@ -26,7 +26,7 @@ pub(crate) struct ImportedModels {
     /// Models in order of name.
     pub(crate) models: Vec<ModelSource>,
     /// Ranges of pieces of each mesh, by the index of a model that was split.
-    pieces: BTreeMap<usize, Vec<Range<u32>>>,
+    pub(crate) pieces: BTreeMap<usize, Vec<Range<u32>>>,
     /// Remarks on skipped content, for the log.
     pub(crate) notes: Vec<String>,
 }
@@ -99,61 +99,8 @@ pub(crate) fn import(
     all
 }
 
-/// Limits for splitting meshes. Pieces have enough triangles that draw calls cost little. A piece
-/// about as large as a bay has a distance and a visibility of its own.
-const PIECES: PieceLimits = PieceLimits { triangles: 16_384, triangles_if_wide: 2048, wide: 10.0 };
-
 /// Cache digest part of results ordered by error; its number grows with every change of the order.
 const BY_ERROR: &[u8] = b"by error, 4";
-
-/// Takes the meshes apart whose detail follows the error on the screen, so that each
-/// piece has a cursor for its own distance: a site is often drawn as one mesh, and its
-/// far end may be coarse while the near one is not.
-pub(crate) fn split_meshes(
-    config: &Config,
-    imported: &mut ImportedModels,
-    graph: Option<&mut SceneGraph>,
-) {
-    let Some(graph) = graph else { return };
-    let following = screen_error_models(config);
-    for (index, name) in config.models.keys().enumerate() {
-        let model = ModelIndex(index as u32);
-        let provenance = match &mut imported.models[index] {
-            ModelSource::Known(known, _) if !known.provenance.pieces.is_empty() => {
-                let boxes: Vec<_> =
-                    known.stacks.iter().map(|stacks| stacks.mesh().bounds()).collect();
-                graph.split_meshes(model, &known.provenance.pieces, &boxes);
-                continue;
-            }
-            ModelSource::New(provenance, _) if following.contains(name) => provenance,
-            _ => continue,
-        };
-        let meshes = &mut provenance.meshes;
-        if meshes.iter().all(|mesh| mesh.triangles.len() <= PIECES.triangles as usize) {
-            continue;
-        }
-        let whole = std::mem::take(meshes);
-        let apart: Vec<_> = whole.into_par_iter().map(|mesh| mesh.into_pieces(PIECES)).collect();
-        let mut pieces = Vec::with_capacity(apart.len());
-        for of_mesh in apart {
-            let first = meshes.len() as u32;
-            meshes.extend(of_mesh);
-            pieces.push(first..meshes.len() as u32);
-        }
-        let boxes: Vec<_> = meshes.iter().map(Mesh::bounds).collect();
-        graph.split_meshes(model, &pieces, &boxes);
-        imported.pieces.insert(index, pieces);
-    }
-}
-
-/// Scales of the pieces that the meshes of a model were taken apart into.
-fn scales_of_pieces(model: &Model, pieces: &[Range<u32>]) -> Vec<f32> {
-    let mut scales = vec![1.0; model.meshes.len()];
-    for (range, scale) in pieces.iter().zip(model.mesh_scales()) {
-        scales[range.start as usize..range.end as usize].fill(scale);
-    }
-    scales
-}
 
 /// The stage of loading that builds stacks.
 pub(crate) struct OptimizationStage<'a> {

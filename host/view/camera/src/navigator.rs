@@ -121,6 +121,16 @@ impl Navigator {
         self.has_arrived = true;
     }
 
+    /// Keeps all cameras where they are while the scene is expressed relative to another origin.
+    pub fn shift(&mut self, offset: Vec3) {
+        if offset == Vec3::ZERO {
+            return;
+        }
+        self.stop();
+        let stored = self.stored.iter_mut().flatten();
+        std::iter::once(&mut self.camera).chain(stored).for_each(|camera| camera.target += offset);
+    }
+
     /// The cameras that numbers go to: those stored, else those of the configuration.
     pub fn bookmarks(&self, cameras: &BTreeMap<String, CameraConfig>) -> Vec<Bookmark> {
         let name = |index: usize| cameras.keys().nth(index).cloned();
@@ -196,7 +206,8 @@ impl Navigator {
             Command::Reveal(id) => self.reveal(id, context),
             Command::UseCamera(name) => {
                 if let Some(config) = context.cameras.get(name) {
-                    self.go_to_free_camera(Camera::from_config(config), context);
+                    let camera = Camera::from_config(config, context.graph.origin());
+                    self.go_to_free_camera(camera, context);
                 }
             }
             Command::StoreBookmark(number) => {
@@ -309,7 +320,9 @@ impl Navigator {
     fn go_to_bookmark(&mut self, number: usize, context: &NavigationContext<'_>) {
         let Some(index) = number.checked_sub(1) else { return };
         let stored = self.stored.get(index).copied().flatten();
-        let configured = || context.cameras.values().nth(index).map(Camera::from_config);
+        let origin = context.graph.origin();
+        let camera = |config| Camera::from_config(config, origin);
+        let configured = || context.cameras.values().nth(index).map(camera);
         if let Some(camera) = stored.or_else(configured) {
             self.go_to_free_camera(camera, context);
         }

@@ -162,7 +162,7 @@ mod tests {
     use busbar_scene::{Model, ModelIndex, ModelNode, Placement, Transform};
     use busbar_tags::{Moment, Sample, TagHandle, TagSet, TagSpec, TagTable};
     use busbar_types::{DoublePoint, Quality, Value, ValueKind};
-    use glam::{Mat4, Vec3};
+    use glam::{DMat4, Vec3};
 
     use super::*;
 
@@ -180,7 +180,7 @@ mod tests {
             nodes: vec![ModelNode {
                 name: "blade".into(),
                 parent: None,
-                parent_from_node: Mat4::IDENTITY,
+                parent_from_node: DMat4::IDENTITY,
                 mesh: Some(0),
             }],
             ..Model::default()

@@ -4,7 +4,7 @@ use busbar_config::{SectionConfig, ViewConfig};
 use busbar_geometry::Bounds;
 use busbar_renderer::{Ground, SectionPlane};
 use busbar_ui::AxisSection;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Depth of the ground below the scene's lowest point, metres; it prevents z-fighting with feet.
 const BELOW_METRES: f32 = 0.02;
@@ -26,8 +26,10 @@ pub(crate) struct Environment {
 }
 
 /// A plane as the renderer has it.
-pub(crate) fn section_of(section: SectionConfig) -> SectionPlane {
-    SectionPlane { normal: section.normal.into(), distance: section.distance }
+pub(crate) fn section_of(section: SectionConfig, origin: DVec3) -> SectionPlane {
+    let normal = Vec3::from(section.normal);
+    let distance = section.distance - normal.as_dvec3().dot(origin);
+    SectionPlane { normal, distance: distance as f32 }
 }
 
 /// The plane of a cut that the panels ask for.

@@ -255,14 +255,14 @@ mod tests {
         let node = ModelNode {
             name: "mesh".into(),
             parent: None,
-            parent_from_node: glam::Mat4::IDENTITY,
+            parent_from_node: glam::DMat4::IDENTITY,
             mesh: Some(0),
         };
         let model = Model { meshes: vec![mesh.clone()], nodes: vec![node], ..Default::default() };
         let placement = Placement {
             id: "plates".into(),
             parent: None,
-            transform: Transform { translation: Vec3::X * 10.0, ..Default::default() },
+            transform: Transform { translation: glam::DVec3::X * 10.0, ..Default::default() },
             model: Some(ModelIndex(0)),
             theta: None,
         };

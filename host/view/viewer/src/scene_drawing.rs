@@ -45,7 +45,9 @@ impl SceneDrawing {
             draw_list: SceneDrawList::default(),
             environment: Environment::new(view, scene.graph.bounds()),
             wireframe: false,
-            section: view.section.map(environment::section_of),
+            section: view
+                .section
+                .map(|section| environment::section_of(section, scene.graph.origin())),
             last_view: None,
             camera_rests: false,
             last_frame: FrameStats::default(),
@@ -54,10 +56,14 @@ impl SceneDrawing {
     }
 
     /// Applies changed settings of a reloaded scene.
-    pub(crate) fn configure(&mut self, before: &ViewConfig, scene: &LoadedScene) {
+    pub(crate) fn configure(&mut self, before: &LoadedScene, scene: &LoadedScene) {
         let view = &scene.config.view;
-        if before.section != view.section {
-            self.section = view.section.map(environment::section_of);
+        let origin = scene.graph.origin();
+        if before.config.view.section != view.section {
+            self.section = view.section.map(|section| environment::section_of(section, origin));
+        } else if let Some(section) = &mut self.section {
+            let moved = (before.graph.origin() - origin).as_vec3();
+            section.distance += section.normal.dot(moved);
         }
         self.environment = Environment::new(view, scene.graph.bounds());
     }

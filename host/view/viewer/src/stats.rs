@@ -203,7 +203,7 @@ pub struct RecordStats {
 #[derive(Clone, Debug, Serialize)]
 pub struct CameraStats {
     /// Position of the eye, metres.
-    pub eye: [f32; 3],
+    pub eye: [f64; 3],
     /// Viewing direction, a unit vector.
     pub direction: [f32; 3],
     /// `orbit`, `walk` or `fly`.

@@ -17,11 +17,11 @@
 mod attributes;
 mod collapse_cost;
 mod features;
-mod pieces;
 mod quadric;
 mod queue;
 mod reduce;
 mod sequence;
+mod shell_parts;
 mod surface;
 
 use busbar_plugin_sdk::{CollapseList, Error, Host, Mesh, MeshOptimizer, Plugin, Progress};

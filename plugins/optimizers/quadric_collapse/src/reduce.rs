@@ -5,8 +5,8 @@ use mesh_shells::regular_order;
 
 use crate::collapse_cost::{CollapseTarget, CostEvaluator, Guards, Shell, Source};
 use crate::features;
-use crate::pieces::{CutParts, PieceView, Remainder, Triangles, VertexState, center};
 use crate::queue::Queue;
+use crate::shell_parts::{CutParts, PieceView, Remainder, Triangles, VertexState, center};
 use crate::surface::Spoke;
 
 /// Share of a part's inner vertices that is left. A greater share would cost memory, a smaller one

@@ -13,8 +13,8 @@ use mesh_shells::Shells;
 
 use crate::Limits;
 use crate::collapse_cost::Source;
-use crate::pieces::{CutParts, Remainder, center};
 use crate::reduce::{ProgressCallback, Reducer, Step};
+use crate::shell_parts::{CutParts, Remainder, center};
 
 /// Vertices that a thread takes at once, as whole shells.
 const BATCH: usize = 8192;
@@ -47,7 +47,7 @@ pub(crate) fn reduce_all(
     let mut steps = Vec::with_capacity(source.mesh.positions.len());
     let is_large =
         |shell: &usize| source.shells.triangle_range(*shell).len() > limits.part_triangles;
-    let mut large: Vec<LargeShell> = (0..source.shells.len())
+    let mut large: Vec<LargeShell> = (0..source.shells.count())
         .filter(is_large)
         .map(|shell| LargeShell::new(source, shell))
         .collect();
@@ -242,11 +242,11 @@ impl WorkerPool<'_, '_> {
 fn batches<'a>(shells: &Shells, is_large: impl Fn(&usize) -> bool) -> Vec<Job<'a>> {
     let mut batches = Vec::new();
     let (mut start, mut vertices) = (0, 0);
-    for shell in 0..shells.len() {
+    for shell in 0..shells.count() {
         if !is_large(&shell) {
             vertices += shells.vertex_range(shell).len();
         }
-        if vertices >= BATCH || shell + 1 == shells.len() {
+        if vertices >= BATCH || shell + 1 == shells.count() {
             batches.push(Job::Shells(start..shell + 1));
             (start, vertices) = (shell + 1, 0);
         }
@@ -258,13 +258,13 @@ fn batches<'a>(shells: &Shells, is_large: impl Fn(&usize) -> bool) -> Vec<Job<'a
 /// vertex of the shell that vanishes last.
 pub(crate) fn remove_collapsed_shells(shells: &Shells, steps: &mut Vec<Step>) {
     let mut shell_of = vec![0_u32; shells.vertices.len()];
-    for shell in 0..shells.len() {
+    for shell in 0..shells.count() {
         for &vertex in &shells.vertices[shells.vertex_range(shell)] {
             shell_of[vertex as usize] = shell as u32;
         }
     }
     let mut is_left = vec![true; shells.vertices.len()];
-    let mut ends = vec![(0.0_f64, 0.0_f32); shells.len()];
+    let mut ends = vec![(0.0_f64, 0.0_f32); shells.count()];
     for step in steps.iter() {
         is_left[step.removed as usize] = false;
         let (rank, error) = &mut ends[shell_of[step.removed as usize] as usize];

@@ -3,7 +3,7 @@
 use busbar_plugin_sdk::Mesh;
 use glam::DVec3;
 
-use crate::pieces::{PieceView, Triangles, point};
+use crate::shell_parts::{PieceView, Triangles, point};
 
 /// Ends a list of corners, and marks a triangle that has died.
 const NONE: u32 = u32::MAX;

@@ -25,7 +25,7 @@ impl RegularMesh {
         let shells = Shells::find(mesh);
         let mut numbers: Vec<u32> = (0..mesh.positions.len() as u32).collect();
         let mut is_turned = vec![false; numbers.len()];
-        for shell in 0..shells.len() {
+        for shell in 0..shells.count() {
             let vertices = &shells.vertices[shells.vertex_range(shell)];
             let position =
                 |&vertex: &u32| DVec3::from(mesh.positions[vertex as usize].map(f64::from));

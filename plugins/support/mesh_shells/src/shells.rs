@@ -55,7 +55,7 @@ impl Shells {
     }
 
     /// Returns the number of shells.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.starts.len() - 1
     }
 
@@ -113,16 +113,16 @@ mod tests {
         let mesh = Mesh { positions: &[[0.0; 3]; 9], triangles: &triangles, wedges: None };
         let shells = Shells::find(&mesh);
         let vertices: Vec<_> =
-            (0..shells.len()).map(|s| &shells.vertices[shells.vertex_range(s)]).collect();
+            (0..shells.count()).map(|s| &shells.vertices[shells.vertex_range(s)]).collect();
         assert_eq!(vertices, [&[0, 1, 3, 8][..], &[2], &[4, 5, 6, 7]]);
         let triangles: Vec<_> =
-            (0..shells.len()).map(|s| &shells.triangles[shells.triangle_range(s)]).collect();
+            (0..shells.count()).map(|s| &shells.triangles[shells.triangle_range(s)]).collect();
         assert_eq!(triangles, [&[1, 3][..], &[], &[0, 2]]);
         assert_eq!(shells.place, [0, 1, 0, 2, 0, 1, 2, 3, 3]);
     }
 
     #[test]
     fn an_empty_mesh_has_no_shells() {
-        assert_eq!(Shells::find(&Mesh { positions: &[], triangles: &[], wedges: None }).len(), 0);
+        assert_eq!(Shells::find(&Mesh { positions: &[], triangles: &[], wedges: None }).count(), 0);
     }
 }

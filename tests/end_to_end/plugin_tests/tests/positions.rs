@@ -10,7 +10,7 @@ use busbar_scene_loader::LoadedScene;
 use busbar_viewer::{Picture, RendererOptions, Viewer};
 use e2e::Scene;
 use e2e::peer::Peer;
-use glam::{Mat4, Vec3};
+use glam::{DMat4, Vec3};
 use serde_json::{Value, json};
 
 /// Size of the picture, wide enough for the field of view to be that of its height.
@@ -54,7 +54,7 @@ fn model() -> Model {
     let node = |name: &str, mesh, place: Vec3| ModelNode {
         name: name.into(),
         parent: None,
-        parent_from_node: Mat4::from_translation(place),
+        parent_from_node: DMat4::from_translation(place.as_dvec3()),
         mesh: Some(mesh),
     };
     Model {

@@ -7,7 +7,7 @@ use busbar_geometry::{RawPrimitive, weld};
 use busbar_gltf_export::write_glb;
 use busbar_scene::{Model, ModelNode};
 use e2e::{Output, Scene, Stats, busbar, finish};
-use glam::{Mat4, Vec3};
+use glam::{DMat4, Vec3};
 use serde_json::json;
 
 /// Returns a scene of the demo's equipment with a cache in its folder.
@@ -129,7 +129,7 @@ fn hills() -> Model {
     let node = ModelNode {
         name: "hills".into(),
         parent: None,
-        parent_from_node: Mat4::IDENTITY,
+        parent_from_node: DMat4::IDENTITY,
         mesh: Some(0),
     };
     Model {

@@ -15,7 +15,7 @@ mod scan;
 
 use busbar_geometry::{RawPrimitive, WeldError, weld};
 use busbar_scene::{Material, Model, ModelNode};
-use glam::Mat4;
+use glam::DMat4;
 
 /// Builds a dead-tank circuit breaker as from CAD.
 ///
@@ -45,7 +45,7 @@ fn model(
     let node = ModelNode {
         name: name.to_owned(),
         parent: None,
-        parent_from_node: Mat4::IDENTITY,
+        parent_from_node: DMat4::IDENTITY,
         mesh: Some(0),
     };
     Ok(Model { meshes: vec![mesh], materials, nodes: vec![node], ..Model::default() })

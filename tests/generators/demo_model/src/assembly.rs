@@ -75,7 +75,7 @@ impl Assembly {
         self.model.nodes.push(ModelNode {
             name: name.to_owned(),
             parent: parent.map(|node| node.0),
-            parent_from_node,
+            parent_from_node: parent_from_node.as_dmat4(),
             mesh: mesh.map(|mesh| mesh.0),
         });
         NodeId(self.model.nodes.len() as u32 - 1)

@@ -162,6 +162,7 @@ fn transformer_has_the_size_of_its_rating() {
     for (node, model_from_node) in model.nodes.iter().zip(transforms) {
         let Some(mesh) = node.mesh else { continue };
         let positions = &model.meshes[mesh as usize].positions;
+        let model_from_node = model_from_node.as_mat4();
         points.extend(positions.iter().map(|&p| model_from_node.transform_point3(p)));
     }
     let bounds = busbar_geometry::Bounds::from_points(points).unwrap();

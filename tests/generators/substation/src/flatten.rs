@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use busbar_geometry::{RawPrimitive, weld};
 use busbar_scene::{Material, Model, ModelNode};
-use glam::{Mat4, Vec3};
+use glam::{DMat4, Mat4, Vec3};
 
 use crate::catalogue::Entry;
 use crate::{Station, StationError};
@@ -68,7 +68,7 @@ impl Flattener {
         self.equipment.push(equipment.to_owned());
         for (node, model_from_node) in model.nodes.iter().zip(model.model_from_nodes()) {
             let Some(mesh) = node.mesh.map(|mesh| &model.meshes[mesh as usize]) else { continue };
-            let world_from_node = world_from_model * model_from_node;
+            let world_from_node = world_from_model * model_from_node.as_mat4();
             self.positions += mesh.positions.len();
             let place = |wedge: u32| -> (Vec3, Vec3) {
                 let position = mesh.wedges.position[wedge as usize] as usize;
@@ -131,7 +131,7 @@ impl Flattener {
         let node = ModelNode {
             name: "substation".to_owned(),
             parent: None,
-            parent_from_node: Mat4::IDENTITY,
+            parent_from_node: DMat4::IDENTITY,
             mesh: Some(0),
         };
         let model = Model {

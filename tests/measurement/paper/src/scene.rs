@@ -145,7 +145,7 @@ impl SingleMesh {
             let Some(mesh) = node.mesh.map(|mesh| &model.meshes[mesh as usize]) else { continue };
             for section in &mesh.sections {
                 let slot = section.material.map_or(model.materials.len(), |m| m as usize);
-                add_section(&mut primitives[slot], mesh, section, model_from_node);
+                add_section(&mut primitives[slot], mesh, section, model_from_node.as_mat4());
             }
         }
         primitives.retain(|primitive| !primitive.triangles.is_empty());

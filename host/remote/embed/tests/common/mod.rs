@@ -87,7 +87,7 @@ pub(crate) struct Happened {
     pub(crate) id: String,
     pub(crate) text: String,
     pub(crate) origins: u32,
-    pub(crate) eye: [f32; 3],
+    pub(crate) eye: [f64; 3],
     pub(crate) dropped: u32,
     pub(crate) at: Instant,
 }
@@ -346,7 +346,7 @@ impl Host {
     /// Moves to a place, which has labels placed anew, and waits until nothing moves there.
     #[track_caller]
     pub(crate) fn arrive(&mut self) -> Shown {
-        let (eye, target) = ([40.0_f32, 25.0, 30.0], [0.0_f32, 3.0, 0.0]);
+        let (eye, target) = ([40.0_f64, 25.0, 30.0], [0.0_f64, 3.0, 0.0]);
         // SAFETY: an open view and three numbers each.
         let look = |view| unsafe { busbar_view_look(view, eye.as_ptr(), target.as_ptr()) };
         assert_eq!(self.call(look), BusbarStatus::Ok);

@@ -8,7 +8,7 @@ use busbar_geometry::{
     Bounds, Collapse, CollapseSequence, CollapseStacks, Mesh, RawPrimitive, weld,
 };
 use busbar_scene::{Model, ModelIndex, ModelNode, Placement, PolicyIndex, SceneGraph, Transform};
-use glam::{Mat4, Vec3};
+use glam::{DMat4, DVec3, Vec3};
 
 use super::active_morphs::MAX_MORPHS;
 use super::*;
@@ -66,14 +66,14 @@ pub(super) fn row_of(places: &[f32], last_has_policy: bool) -> (SceneGraph, Mode
     let node = ModelNode {
         name: "mesh".into(),
         parent: None,
-        parent_from_node: Mat4::IDENTITY,
+        parent_from_node: DMat4::IDENTITY,
         mesh: Some(0),
     };
     let model = Model { meshes: vec![strip()], nodes: vec![node], ..Default::default() };
     let placement = |(index, &x): (usize, &f32)| Placement {
         id: index.to_string(),
         parent: None,
-        transform: Transform { translation: Vec3::X * x, ..Default::default() },
+        transform: Transform { translation: DVec3::X * f64::from(x), ..Default::default() },
         model: Some(ModelIndex(0)),
         theta: (last_has_policy && index + 1 == places.len()).then_some(PolicyIndex(0)),
     };

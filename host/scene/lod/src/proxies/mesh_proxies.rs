@@ -186,7 +186,7 @@ mod tests {
     use busbar_scene::{
         Material, Model, ModelIndex, ModelNode, Placement, TextureRef, Transform, Wrap,
     };
-    use glam::{Mat4, Vec3};
+    use glam::{DMat4, DVec3, Vec3};
 
     use super::*;
     use crate::screen_error::ScreenError;
@@ -230,14 +230,14 @@ mod tests {
         let node = ModelNode {
             name: "rack".into(),
             parent: None,
-            parent_from_node: Mat4::IDENTITY,
+            parent_from_node: DMat4::IDENTITY,
             mesh: Some(0),
         };
         let model = Model { meshes: vec![rack(40)], nodes: vec![node], ..Model::default() };
         let placement = |number: usize| Placement {
             id: number.to_string(),
             parent: None,
-            transform: Transform { translation: Vec3::X * number as f32, ..Transform::default() },
+            transform: Transform { translation: DVec3::X * number as f64, ..Transform::default() },
             model: Some(ModelIndex(0)),
             theta: None,
         };

@@ -117,5 +117,8 @@ impl Viewer {
 fn first_camera(scene: &LoadedScene) -> Camera {
     let view = &scene.config.view;
     let camera = view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
-    camera.map_or_else(|| Camera::framing(scene.graph.bounds()), Camera::from_config)
+    match camera {
+        None => Camera::framing(scene.graph.bounds()),
+        Some(config) => Camera::from_config(config, scene.graph.origin()),
+    }
 }

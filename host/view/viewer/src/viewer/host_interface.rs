@@ -9,6 +9,7 @@ use busbar_site::{ChangedAlarm, HostTagValue, PluginHealth};
 use busbar_tags::{SourceTime, TagHandle};
 use busbar_types::{AlarmAction, AlarmState, Origin};
 use busbar_ui::{ChartCommand, Command};
+use glam::{DVec3, Vec3};
 
 use super::Viewer;
 use crate::{ViewError, panel_rows};
@@ -17,9 +18,9 @@ use crate::{ViewError, panel_rows};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraPose {
     /// Position of the eye, metres.
-    pub eye: [f32; 3],
+    pub eye: [f64; 3],
     /// Point that the camera looks at and turns around, metres.
-    pub target: [f32; 3],
+    pub target: [f64; 3],
     /// True for an orthographic projection.
     pub is_orthographic: bool,
 }
@@ -55,15 +56,23 @@ impl Viewer {
     pub fn camera_pose(&self) -> CameraPose {
         let camera = self.navigator.camera();
         CameraPose {
-            eye: camera.eye().to_array(),
-            target: camera.target().to_array(),
+            eye: self.world_point(camera.eye()),
+            target: self.world_point(camera.target()),
             is_orthographic: self.navigator.is_orthographic(),
         }
     }
 
+    /// Returns a point of the scene in coordinates of the world, metres.
+    pub(super) fn world_point(&self, point: Vec3) -> [f64; 3] {
+        (point.as_dvec3() + self.scene.graph.origin()).to_array()
+    }
+
     /// Puts the camera somewhere at once.
     pub fn set_camera_pose(&mut self, pose: &CameraPose) {
-        let camera = self.navigator.camera().moved_to(pose.eye.into(), pose.target.into());
+        let origin = self.scene.graph.origin();
+        let [eye, target] =
+            [pose.eye, pose.target].map(|point| (DVec3::from(point) - origin).as_vec3());
+        let camera = self.navigator.camera().moved_to(eye, target);
         self.navigator.jump_to(camera.with_projection(pose.is_orthographic));
     }
 

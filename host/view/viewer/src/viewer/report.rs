@@ -140,7 +140,8 @@ impl Viewer {
     fn camera_stats(&self) -> stats::CameraStats {
         let camera = self.navigator.camera();
         stats::CameraStats {
-            eye: camera.eye().to_array(),
+            // Tenths of a millimetre: single precision has no more within a scene.
+            eye: self.world_point(camera.eye()).map(|metres| (metres * 1e4).round() / 1e4),
             direction: camera.forward().to_array(),
             mode: stats::mode_name(self.navigator.mode()),
             orthographic: self.navigator.is_orthographic(),

@@ -10,7 +10,7 @@ use busbar_scene::{Material, Model, ModelNode};
 use busbar_scene_loader::LoadedScene;
 use busbar_viewer::{RendererOptions, Viewer};
 use e2e::Scene;
-use glam::{Mat4, Vec3};
+use glam::{DMat4, Vec3};
 use serde_json::json;
 
 /// Number of pieces of equipment, side by side along x, a metre each.
@@ -54,7 +54,7 @@ pub(crate) fn merged_yard() -> Model {
     let node = ModelNode {
         name: "body".into(),
         parent: None,
-        parent_from_node: Mat4::IDENTITY,
+        parent_from_node: DMat4::IDENTITY,
         mesh: Some(0),
     };
     Model {

@@ -10,7 +10,7 @@ use busbar_geometry::{RawPrimitive, weld};
 use busbar_gltf_export::write_glb;
 use busbar_scene::{AlphaMode, Material, Model, ModelNode, Texture, TextureRef, Wrap};
 use e2e::{built, built_folder, busbar};
-use glam::{Mat4, Vec2, Vec3};
+use glam::{DMat4, Vec2, Vec3};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use vulkan_faults::{
@@ -193,7 +193,7 @@ fn model() -> Model {
             .map(|(name, mesh)| ModelNode {
                 name: name.into(),
                 parent: None,
-                parent_from_node: Mat4::IDENTITY,
+                parent_from_node: DMat4::IDENTITY,
                 mesh: Some(mesh),
             })
             .into(),
@@ -221,7 +221,7 @@ fn sheet() -> Model {
         nodes: vec![ModelNode {
             name: "sheet".into(),
             parent: None,
-            parent_from_node: Mat4::IDENTITY,
+            parent_from_node: DMat4::IDENTITY,
             mesh: Some(0),
         }],
         ..Model::default()

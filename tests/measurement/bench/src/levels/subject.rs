@@ -86,7 +86,7 @@ fn merged(model: &Model) -> Mesh {
     let mut all = Mesh::default();
     for (node, model_from_node) in model.nodes.iter().zip(model.model_from_nodes()) {
         if let Some(mesh) = node.mesh.and_then(|mesh| model.meshes.get(mesh as usize)) {
-            append(&mut all, mesh, model_from_node);
+            append(&mut all, mesh, model_from_node.as_mat4());
         }
     }
     all
