@@ -19,6 +19,7 @@ use crate::name_table::NameTable;
 use crate::primitives::{Primitive, PrimitivePlace, UvMapping, is_coordinate};
 use crate::report::Notes;
 use crate::schema;
+use crate::vertex_colors::ColorMaterials;
 
 const SKIPPED_FEATURES: &str =
     "set of feature ids skipped: only the first one by a vertex attribute is read";
@@ -167,7 +168,8 @@ impl<'a> Checker<'a> {
         notes: &mut Notes,
     ) -> Result<(), ImportError> {
         let vertices = primitive.positions.count;
-        for other in [&primitive.normals, &primitive.uvs].into_iter().flatten() {
+        let Primitive { normals, uvs, colors, .. } = &*primitive;
+        for other in [normals, uvs, colors].into_iter().flatten() {
             if self.other.insert(other.key) {
                 self.visit(other)?;
                 other.check_sparse()?;
@@ -313,11 +315,19 @@ impl<'a> Builder<'a> {
     }
 
     /// Builds a mesh, from the cache if possible.
-    pub(crate) fn build(&mut self, mesh: usize) -> Result<CachedMesh, ImportError> {
+    pub(crate) fn build(
+        &mut self,
+        mesh: usize,
+        colors: &mut ColorMaterials<'_>,
+        notes: &mut Notes,
+    ) -> Result<CachedMesh, ImportError> {
         let here = || format!("/meshes/{mesh}");
         let primitives = self.primitives(mesh)?;
         let triangles: usize = primitives.iter().map(Primitive::triangle_count).sum();
-        let cached = self.cached.as_ref().filter(|_| triangles >= MIN_CACHED_TRIANGLES);
+        // Colours decide materials of the whole model, which a cached mesh does not bring.
+        let is_colored = primitives.iter().any(|primitive| primitive.colors.is_some());
+        let is_large = triangles >= MIN_CACHED_TRIANGLES && !is_colored;
+        let cached = self.cached.as_ref().filter(|_| is_large);
         if let Some(built) = cached.and_then(|cached| cached.find(mesh)) {
             self.namer.count(built.1.len()).map_err(|fault| fault.at(here()))?;
             return Ok(built);
@@ -326,6 +336,15 @@ impl<'a> Builder<'a> {
         let tables: Vec<_> = primitives.iter().map(table).collect();
         let mut read: Vec<_> = primitives.iter().map(Primitive::read).collect();
         let names = self.namer.name(&mut read, &tables).map_err(|f| f.at(here()))?;
+        if is_colored {
+            let colored = read.into_iter().zip(&primitives).flat_map(|(raw, primitive)| {
+                match primitive.read_colors() {
+                    Some(of_vertices) => colors.split(raw, of_vertices, notes),
+                    None => vec![raw],
+                }
+            });
+            read = colored.collect();
+        }
         let (welded, report) =
             weld(&read).map_err(|e| ImportFault::Invalid(e.to_string()).at(here()))?;
         drop(read);

@@ -1,9 +1,9 @@
 //! Primitives: the accessors of one primitive, and its triangles.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use busbar_geometry::RawPrimitive;
-use glam::{Affine2, Vec2, Vec3};
+use glam::{Affine2, Vec2, Vec3, Vec4};
 
 use crate::accessor::{Accessor, AccessorKey};
 use crate::buffers::Buffers;
@@ -39,6 +39,7 @@ pub(crate) struct Primitive<'a> {
     pub(crate) normals: Option<Accessor<'a>>,
     pub(crate) uvs: Option<Accessor<'a>>,
     uv_transform: Option<Affine2>,
+    pub(crate) colors: Option<Accessor<'a>>,
     pub(crate) features: Option<FeatureIds<'a>>,
     pub(crate) indices: Option<Accessor<'a>>,
     material: Option<u32>,
@@ -108,6 +109,7 @@ impl<'a> Primitive<'a> {
         };
         let normals = attribute("NORMAL", NORMAL)?;
         let uvs = attribute(&format!("TEXCOORD_{}", mapping.set), UV)?;
+        let colors = attribute("COLOR_0", COLOR)?;
         let features = primitive
             .features()
             .map(|found| feature_ids(buffers, metadata, (&found, draco.as_ref()), place))
@@ -138,6 +140,8 @@ impl<'a> Primitive<'a> {
             normals: whole(normals),
             uvs: whole(uvs),
             uv_transform: mapping.transform,
+            // Integers are shares of the largest, though some exporters do not say so.
+            colors: whole(colors).map(Accessor::into_normalized),
             features,
             indices,
             material: primitive.material.map(|material| material.0),
@@ -155,8 +159,8 @@ impl<'a> Primitive<'a> {
 
     /// Adds remarks on skipped attributes.
     pub(crate) fn note(&self, primitive: &schema::Primitive<'_>, notes: &mut Notes) {
-        let colored = primitive.attribute("COLOR_0").is_some();
-        notes.add_many("set of vertex colours ignored", colored.into());
+        let further = primitive.attribute("COLOR_1").is_some();
+        notes.add_many("further set of vertex colours ignored", further.into());
         notes.add_many("set of morph targets ignored", primitive.targets.is_some().into());
         let odd = self.mode == Mode::Triangles && !self.corner_count().is_multiple_of(3);
         notes.add_many("primitive with corners left over after its last triangle", odd.into());
@@ -186,10 +190,7 @@ impl<'a> Primitive<'a> {
     /// Reads it. Of more vertices than corners only the named ones are read:
     /// exporters share one vertex array between many primitives.
     pub(crate) fn read(&self) -> RawPrimitive {
-        let mut triangles = self.triangles();
-        if self.is_astray {
-            triangles.retain(|corners| corners.iter().all(|&corner| self.is_placed(corner)));
-        }
+        let mut triangles = self.placed_triangles();
         let corners = triangles.len() * 3;
         if self.positions.count <= corners {
             return self.read_vertices(0..self.positions.count, triangles);
@@ -203,6 +204,33 @@ impl<'a> Primitive<'a> {
             });
         }
         self.read_vertices(vertices.into_iter(), triangles)
+    }
+
+    /// Reads the colours of the vertices that [`Self::read`] reads, linear; `None` without any.
+    pub(crate) fn read_colors(&self) -> Option<Vec<Vec4>> {
+        let colors = self.colors?;
+        let has_alpha = colors.shape == Shape::Vec4;
+        let color = |values: [f32; 4]| {
+            let color = Vec4::from_array(values);
+            if has_alpha { color } else { color.with_w(1.0) }
+        };
+        let triangles = self.placed_triangles();
+        if self.positions.count <= triangles.len() * 3 {
+            return Some(colors.floats(0..self.positions.count, color));
+        }
+        let mut seen = HashSet::new();
+        let corners = triangles.as_flattened().iter();
+        let named = corners.filter(|&&corner| seen.insert(corner)).map(|&corner| corner as usize);
+        Some(colors.floats(named, color))
+    }
+
+    /// Returns the triangles whose corners all are coordinates.
+    fn placed_triangles(&self) -> Vec<[u32; 3]> {
+        let mut triangles = self.triangles();
+        if self.is_astray {
+            triangles.retain(|corners| corners.iter().all(|&corner| self.is_placed(corner)));
+        }
+        triangles
     }
 
     fn read_vertices(
@@ -386,26 +414,31 @@ fn feature_ids<'a>(
 /// KHR_mesh_quantization).
 struct AccessorRule {
     what: &'static str,
-    shape: Shape,
+    shapes: &'static [Shape],
     component_types: &'static [ComponentType],
 }
 
 const POSITION: AccessorRule = AccessorRule {
     what: "positions",
-    shape: Shape::Vec3,
+    shapes: &[Shape::Vec3],
     component_types: &[F32, I8, U8, I16, U16],
 };
 const NORMAL: AccessorRule =
-    AccessorRule { what: "normals", shape: Shape::Vec3, component_types: &[F32, I8, I16] };
+    AccessorRule { what: "normals", shapes: &[Shape::Vec3], component_types: &[F32, I8, I16] };
 const UV: AccessorRule =
-    AccessorRule { what: "UVs", shape: Shape::Vec2, component_types: &[F32, I8, U8, I16, U16] };
+    AccessorRule { what: "UVs", shapes: &[Shape::Vec2], component_types: &[F32, I8, U8, I16, U16] };
+const COLOR: AccessorRule = AccessorRule {
+    what: "vertex colours",
+    shapes: &[Shape::Vec3, Shape::Vec4],
+    component_types: &[F32, U8, U16],
+};
 const FEATURE_ID: AccessorRule = AccessorRule {
     what: "feature ids",
-    shape: Shape::Scalar,
+    shapes: &[Shape::Scalar],
     component_types: &[F32, U8, U16, U32],
 };
 const INDEX: AccessorRule =
-    AccessorRule { what: "indices", shape: Shape::Scalar, component_types: &[U8, U16, U32] };
+    AccessorRule { what: "indices", shapes: &[Shape::Scalar], component_types: &[U8, U16, U32] };
 
 impl AccessorRule {
     fn check(
@@ -414,7 +447,7 @@ impl AccessorRule {
         place: impl FnOnce() -> String,
     ) -> Result<(), ImportError> {
         let (shape, component_type) = (accessor.shape, accessor.component_type);
-        if shape == self.shape && self.component_types.contains(&component_type) {
+        if self.shapes.contains(&shape) && self.component_types.contains(&component_type) {
             return Ok(());
         }
         let what = format!("{} cannot be {} of {}", self.what, shape.name(), component_type.name());

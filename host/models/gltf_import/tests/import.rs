@@ -317,7 +317,6 @@ fn what_has_no_place_is_skipped_and_said() {
     let cloud = json!({ "attributes": { "POSITION": 0, "COLOR_0": 0 }, "mode": 0 });
     builder.json["meshes"][0]["primitives"].as_array_mut().unwrap().extend([line, cloud]);
     builder.primitive()["targets"] = json!([{ "POSITION": 0 }]);
-    builder.primitive()["attributes"]["COLOR_0"] = json!(0);
     builder.primitive()["attributes"]["_TEMPERATURE"] = json!(0);
     common::push(&mut builder.json["meshes"], json!({ "primitives": [] }));
     builder.json["cameras"] = json!([{ "type": "perspective",
@@ -329,7 +328,6 @@ fn what_has_no_place_is_skipped_and_said() {
     for expected in [
         "2 x primitive of points, lines",
         "1 x set of morph targets",
-        "1 x set of vertex colours",
         "1 x camera",
         "1 x mesh skipped: no node shows it",
         "extension 'KHR_lights_punctual' ignored",
