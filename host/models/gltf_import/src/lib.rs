@@ -34,6 +34,7 @@ mod report;
 mod required_extensions;
 mod scalars;
 mod schema;
+mod tubes;
 mod uri;
 mod vertex_colors;
 
@@ -71,7 +72,8 @@ pub struct ImportedModel {
 /// Imports a `.gltf` or `.glb` file. Files that it names are looked for in its
 /// folder and below, nowhere else.
 ///
-/// Supported: glTF 2.0 with triangles, strips and fans; positions, normals and
+/// Supported: glTF 2.0 with triangles, and with lines and points as slender tubes; morph targets
+/// at their default weights; positions, normals and
 /// texture coordinates in any component type (KHR_mesh_quantization
 /// included), transformed as KHR_texture_transform says; sparse accessors; compression by
 /// KHR_draco_mesh_compression and EXT_meshopt_compression; instances

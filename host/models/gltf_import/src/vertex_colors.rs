@@ -90,7 +90,7 @@ impl<'a> ColorMaterials<'a> {
             }
             None => primitive.triangles.clone(),
         };
-        let (planes, off) = Plane::fit(&graded, &corners);
+        let (planes, off) = fit_planes(&graded, &corners);
         coarse |= off;
         for (plane, triangles) in planes {
             let material = self.textured(&base, plane.texture());
@@ -189,53 +189,6 @@ struct Plane {
 }
 
 impl Plane {
-    /// Finds planes for triangles. Reports whether any triangle is off its plane.
-    fn fit(
-        triangles: &[[u32; 3]],
-        corners: &impl Fn([u32; 3]) -> [Vec4; 3],
-    ) -> (Vec<(Self, Vec<[u32; 3]>)>, bool) {
-        let mut planes: Vec<(Self, Vec<[u32; 3]>)> = Vec::new();
-        let mut off = false;
-        let mut last = 0;
-        for &triangle in triangles {
-            let colors = corners(triangle);
-            // Neighbours mostly share a plane.
-            let order = (last..planes.len()).chain(0..last.min(planes.len()));
-            let mut best = (f32::INFINITY, 0);
-            for index in order {
-                let plane = &mut planes[index].0;
-                if plane.extend(colors) {
-                    best = (0.0, index);
-                    break;
-                }
-                let distance = plane.distance(colors);
-                if distance < best.0 {
-                    best = (distance, index);
-                }
-            }
-            let (distance, mut index) = best;
-            if distance > TOLERANCE {
-                if planes.len() < MAX_PLANES {
-                    index = planes.len();
-                    let mut plane = Self::at(colors[0]);
-                    plane.extend(colors);
-                    planes.push((plane, Vec::new()));
-                } else {
-                    off = true;
-                }
-            }
-            last = index;
-            let (plane, of_plane) = &mut planes[index];
-            for color in colors {
-                let at = plane.coordinates(color);
-                plane.low = plane.low.min(at);
-                plane.high = plane.high.max(at);
-            }
-            of_plane.push(triangle);
-        }
-        (planes, off)
-    }
-
     fn at(origin: Vec4) -> Self {
         Self { origin, axes: Vec::new(), low: Vec2::ZERO, high: Vec2::ZERO }
     }
@@ -297,6 +250,53 @@ impl Plane {
         }
         Texture { width: SIDE, height: SIDE, rgba8 }
     }
+}
+
+/// Planes, and the triangles of each.
+type Planes = Vec<(Plane, Vec<[u32; 3]>)>;
+
+/// Finds planes for triangles. Reports whether any triangle is off its plane.
+fn fit_planes(triangles: &[[u32; 3]], corners: &impl Fn([u32; 3]) -> [Vec4; 3]) -> (Planes, bool) {
+    let mut planes: Planes = Vec::new();
+    let mut off = false;
+    let mut last = 0;
+    for &triangle in triangles {
+        let colors = corners(triangle);
+        // Neighbours mostly share a plane.
+        let order = (last..planes.len()).chain(0..last.min(planes.len()));
+        let mut best = (f32::INFINITY, 0);
+        for index in order {
+            let plane = &mut planes[index].0;
+            if plane.extend(colors) {
+                best = (0.0, index);
+                break;
+            }
+            let distance = plane.distance(colors);
+            if distance < best.0 {
+                best = (distance, index);
+            }
+        }
+        let (distance, mut index) = best;
+        if distance > TOLERANCE {
+            if planes.len() < MAX_PLANES {
+                index = planes.len();
+                let mut plane = Plane::at(colors[0]);
+                plane.extend(colors);
+                planes.push((plane, Vec::new()));
+            } else {
+                off = true;
+            }
+        }
+        last = index;
+        let (plane, of_plane) = &mut planes[index];
+        for color in colors {
+            let at = plane.coordinates(color);
+            plane.low = plane.low.min(at);
+            plane.high = plane.high.max(at);
+        }
+        of_plane.push(triangle);
+    }
+    (planes, off)
 }
 
 /// Encodes linear light as an sRGB byte (IEC 61966-2-1).
