@@ -58,7 +58,8 @@ pub(crate) fn restore(root: &Path, target: &Path) -> Result<usize> {
         now.files.insert(path, RecordedFile { content, modified });
     }
     // Before the build: one that is broken off must not pass for that of an older content.
-    fs::create_dir_all(target).and_then(|()| fs::write(&record, serde_json::to_vec(&now)?))
+    fs::create_dir_all(target)
+        .and_then(|()| fs::write(&record, serde_json::to_vec(&now)?))
         .with_context(|| format!("cannot write {}", record.display()))?;
     Ok(restored)
 }
@@ -105,7 +106,8 @@ mod tests {
         let (root, target) = (folder.path().join("checkout"), folder.path().join("target"));
         fs::create_dir(&root).unwrap();
         git(&root, &["init", "--quiet"]);
-        let [same, changed, edited] = ["same.rs", "changed.rs", "edited.rs"].map(|of| root.join(of));
+        let [same, changed, edited] =
+            ["same.rs", "changed.rs", "edited.rs"].map(|of| root.join(of));
         let set = |path: &Path, seconds| {
             let time = UNIX_EPOCH + Duration::from_secs(seconds);
             File::open(path).unwrap().set_modified(time).unwrap();

@@ -61,7 +61,8 @@ fn a_load_that_is_not_seen_may_be_above_its_limit() {
     bench.at_load(24 * 60, 0.3);
     let drawing = bench.run(2, &[None, Some(25.6)]);
     assert_eq!(verdict(&drawing), Verdict::Unknown);
-    for words in ["load between 0.00 and 2.00 p.u.: load (T1.load) is", "load not seen 0 to 2 p.u."] {
+    for words in ["load between 0.00 and 2.00 p.u.: load (T1.load) is", "load not seen 0 to 2 p.u."]
+    {
         assert!(reason(&drawing).contains(words), "{}", reason(&drawing));
     }
     // It rests on what is good, or the host would take it back.
