@@ -98,7 +98,10 @@ fn nodes_materials_and_textures_read_back() {
     assert_eq!(root.name(), Some("tank"));
     let child = root.children().next().unwrap();
     assert_eq!((child.name(), child.mesh().unwrap().index()), (Some("bushing 1U"), 0));
-    assert_eq!(child.transform().matrix(), model.nodes[1].parent_from_node.as_mat4().to_cols_array_2d());
+    assert_eq!(
+        child.transform().matrix(),
+        model.nodes[1].parent_from_node.as_mat4().to_cols_array_2d()
+    );
 
     let paint = file.materials().nth(1).unwrap();
     assert_eq!(paint.alpha_cutoff(), Some(0.25));
