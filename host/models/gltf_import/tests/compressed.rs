@@ -6,7 +6,7 @@ mod common;
 
 use busbar_gltf_import::{ImportError, ImportFault, ImportedModel};
 use common::{Builder, SQUARE, floats, import, push, shorts};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 /// The square with a colour at each corner, as the reference encoder (Draco 1.5.7) writes it: by
@@ -247,8 +247,8 @@ fn instances_are_nodes_with_stable_names() {
         ("sign", Some(0), None),
     ];
     assert_eq!(nodes, expected);
-    let placed = imported.model.nodes[2].parent_from_node.transform_point3(Vec3::X);
-    assert!(placed.distance(Vec3::new(5.0, 2.0, 0.0)) < 1e-3, "{placed}");
+    let placed = imported.model.nodes[2].parent_from_node.transform_point3(DVec3::X);
+    assert!(placed.distance(DVec3::new(5.0, 2.0, 0.0)) < 1e-3, "{placed}");
     assert_eq!(imported.report.notes, ["1 x instance left out: its place is no coordinate"]);
 }
 

@@ -8,7 +8,7 @@ use busbar_gltf_export::write_glb;
 use busbar_gltf_import::{ImportLimits, ImportedModel, import_file};
 use busbar_scene::{AlphaMode, Material, Model, Texture, TextureRef, Wrap};
 use common::{Builder, SQUARE, floats, glb, import, import_json, shorts, square_with_image};
-use glam::{Mat4, Quat, Vec2, Vec3};
+use glam::{DMat4, DQuat, DVec3, Vec2, Vec3};
 use serde_json::json;
 
 /// The triangles of mesh 0 as points.
@@ -188,10 +188,10 @@ fn transforms_and_hierarchy() {
     let nodes = &imported.model.nodes;
     let summary: Vec<_> = nodes.iter().map(|n| (n.name.as_str(), n.parent)).collect();
     assert_eq!(summary, [("transformer", None), ("lid", Some(0)), ("bushing", Some(0))]);
-    assert_eq!(nodes[1].parent_from_node, Mat4::from_translation(Vec3::new(7., 8., 9.)));
-    let placed = nodes[2].parent_from_node.transform_point3(Vec3::X);
-    assert!(placed.distance(Vec3::new(1.0, 4.0, 3.0)) < 1e-6, "{placed}");
-    let expected = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2);
+    assert_eq!(nodes[1].parent_from_node, DMat4::from_translation(DVec3::new(7., 8., 9.)));
+    let placed = nodes[2].parent_from_node.transform_point3(DVec3::X);
+    assert!(placed.distance(DVec3::new(1.0, 4.0, 3.0)) < 1e-6, "{placed}");
+    let expected = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2);
     assert!(nodes[2].parent_from_node.to_scale_rotation_translation().1.dot(expected) > 0.9999);
     assert!(note(&imported, "1 x node skipped"));
 }

@@ -34,7 +34,7 @@ fn add(to: &mut Vec<Placement>, parent: Option<usize>, at: Vec3, turn: f32, show
         id: format!("n{}", to.len()),
         parent,
         transform: Transform {
-            translation: at,
+            translation: at.as_dvec3(),
             rotation_degrees: Vec3::Y * turn,
             ..Default::default()
         },

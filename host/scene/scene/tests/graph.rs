@@ -222,6 +222,6 @@ fn parts_of_one_name_are_both_named() {
 fn rotations_apply_about_x_then_y_then_z() {
     let transform =
         Transform { rotation_degrees: Vec3::new(90.0, 0.0, 90.0), ..Default::default() };
-    let turned = transform.matrix().transform_vector3(Vec3::Y);
-    assert!((turned - Vec3::Z).length() < 1e-6, "y -> z about x; z stays about z");
+    let turned = transform.matrix().transform_vector3(DVec3::Y);
+    assert!((turned - DVec3::Z).length() < 1e-6, "y -> z about x; z stays about z");
 }

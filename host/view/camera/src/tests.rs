@@ -26,7 +26,7 @@ fn config(projection: ProjectionConfig) -> CameraConfig {
 fn a_configured_eye_and_target_are_recovered() {
     let config = config(ProjectionConfig::Perspective);
     let camera = Camera::from_config(&config, DVec3::ZERO);
-    assert!((view(&camera).eye - Vec3::from(config.eye)).length() < 1e-4);
+    assert!((view(&camera).eye - DVec3::from(config.eye).as_vec3()).length() < 1e-4);
 }
 
 #[test]

@@ -283,11 +283,11 @@ fn keys_walk_store_and_go_back() {
     view.rest();
     view.frame(vec![event(false)]);
     let ahead = view.viewer.stats().camera;
-    let way: Vec<f32> = (0..3).map(|axis| ahead.eye[axis] - on_foot.eye[axis]).collect();
+    let way = [0, 1, 2].map(|axis| (ahead.eye[axis] - on_foot.eye[axis]) as f32);
     assert!(way[1].abs() < 1e-4 && vec2(way[0], way[2]).length() > 0.5, "{way:?}");
     view.key(Key::Num7);
     let back = view.viewer.stats().camera;
-    let apart: f32 = (0..3).map(|axis| (back.eye[axis] - start.eye[axis]).abs()).sum();
+    let apart: f64 = (0..3).map(|axis| (back.eye[axis] - start.eye[axis]).abs()).sum();
     assert!(apart < 1e-3, "{apart} m off the stored view");
     view.key(Key::O);
     assert!(view.viewer.stats().camera.orthographic);

@@ -284,7 +284,8 @@ fn zone_of(row: &Row) -> Zone {
 /// Reports whether a transformer's middle is well within the camera's view.
 fn is_framed(stats: &Stats, transformer: usize) -> bool {
     let [x, z] = place(transformer).map(|metres| metres as f32);
-    let (eye, direction) = (stats.camera.eye, stats.camera.direction);
+    let eye = stats.camera.eye.map(|metres| metres as f32);
+    let direction = stats.camera.direction;
     let to = [x - eye[0], 3.0 - eye[1], z - eye[2]];
     let length = to.iter().map(|part| part * part).sum::<f32>().sqrt();
     let ahead: f32 = to.iter().zip(direction).map(|(a, b)| a * b).sum();

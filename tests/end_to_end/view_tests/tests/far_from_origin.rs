@@ -50,7 +50,8 @@ fn scene_at(place: DVec3, way: Way, theta: &Value) -> Scene {
     };
     if !matches!(way, Way::Placement) {
         model.nodes[0].parent_from_node = DMat4::from_translation(place);
-        fs::write(scene.path("model.glb"), write_glb(&model).unwrap()).unwrap();
+        let file = write_glb(&model).expect("it can be written");
+        fs::write(scene.path("model.glb"), file).expect("the folder can be written");
     }
     scene.config["scene"] = json!([{ "id": "yard", "model": "merged", "theta": theta,
         "transform": { "translation": translation.to_array() } }]);
@@ -59,7 +60,7 @@ fn scene_at(place: DVec3, way: Way, theta: &Value) -> Scene {
     for point in ["eye", "target"] {
         for (axis, offset) in seen.to_array().into_iter().enumerate() {
             let coordinate = &mut camera[point][axis];
-            *coordinate = json!(coordinate.as_f64().unwrap() + offset);
+            *coordinate = json!(coordinate.as_f64().expect("it is a number") + offset);
         }
     }
     scene
@@ -74,7 +75,8 @@ fn render(scene: &Scene) -> (RgbImage, String, [f64; 3]) {
     command.args(["--pick", &format!("{x},{y}")]);
     let output = finish(command.arg("--stats").arg(scene.path("stats.json"))).expect_code(0);
     let stats = Stats::read(&scene.path("stats.json"));
-    let eye = [0, 1, 2].map(|axis| stats.0["camera"]["eye"][axis].as_f64().unwrap());
+    let eye =
+        [0, 1, 2].map(|axis| stats.0["camera"]["eye"][axis].as_f64().expect("it is a number"));
     (picture::load(&scene.path("picture.png")), output.stdout.trim().to_owned(), eye)
 }
 
