@@ -49,7 +49,7 @@
 #endif
 
 // Version of this interface; a library of another version must not be used.
-#define BUSBAR_VIEW_ABI 3
+#define BUSBAR_VIEW_ABI 4
 
 // Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
 #define BUSBAR_VIEW_FLAG_PANELS 1
@@ -416,9 +416,9 @@ typedef struct BusbarViewEvent {
   // Time since which the alarm is in its state, nanoseconds since 1970-01-01 UTC.
   int64_t unix_nanos;
   // Position of the camera, world space in metres.
-  float eye[3];
+  double eye[3];
   // Point that the camera looks at, world space in metres.
-  float target[3];
+  double target[3];
   // Identifier of the equipment, alarm, tag, plugin instance or configuration.
   const char *id;
   // Plugin instance that gives the verdict.
@@ -548,8 +548,8 @@ BUSBAR_API BusbarStatus busbar_view_use_camera(const struct BusbarView *view, co
 // Moves the camera to `eye`, looking at `target`: three numbers each, world space in metres.
 BUSBAR_API
 BusbarStatus busbar_view_look(const struct BusbarView *view,
-                              const float *eye,
-                              const float *target);
+                              const double *eye,
+                              const double *target);
 
 // Selects and frames a piece of equipment, by its id or an alias.
 BUSBAR_API BusbarStatus busbar_view_focus(const struct BusbarView *view, const char *id);
