@@ -3,7 +3,7 @@
 use busbar_geometry::Mesh;
 use glam::DMat4;
 
-use crate::max_scale_factor;
+use crate::scale::max_scale_factor;
 
 /// Index of a model in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
