@@ -229,7 +229,7 @@ pub fn values(c: &mut Cases) {
         (
             "transforms that multiply to infinity",
             json!([{ "scale": [1e10, 1, 1], "children": [1] }, { "scale": [1e30, 1, 1] }]),
-            &["/nodes/1:", "not finite"],
+            &["/nodes/1:", "exceeds"],
         ),
     ] {
         changed(c, name, |d| d["nodes"] = nodes, expected);
