@@ -80,7 +80,8 @@ pub struct ImportedModel {
 /// (EXT_mesh_gpu_instancing), each a node called `name[index]`; vertex colours; features of vertices
 /// with their names (EXT_mesh_features by attribute, EXT_structural_metadata);
 /// metallic-roughness and specular-glossiness materials with PNG, JPEG, WebP and KTX2 textures
-/// (RGBA8, BC1 to BC5 and BC7; plain or Zstandard; also by KHR_texture_basisu).
+/// (RGB8, RGBA8, BC1 to BC5, BC7 and Basis Universal; plain or Zstandard; also by
+/// KHR_texture_basisu).
 ///
 /// What is not shown is not at fault: elements are parsed once something shown names them. An
 /// image that cannot be had is shown as a checker, a larger one than the limits scaled down, a
