@@ -10,6 +10,7 @@
 mod bench;
 mod bench_render;
 mod book;
+mod checkout_times;
 mod demo;
 mod deny;
 mod faults;

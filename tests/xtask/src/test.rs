@@ -8,6 +8,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail};
 
 use crate::book;
+use crate::checkout_times;
 use crate::deny;
 use crate::packages::{self, Purpose};
 use crate::process;
@@ -47,6 +48,13 @@ fn run_steps(
 ) -> Result<()> {
     let filter = arguments.filter.as_deref();
     steps.run("packages", || packages::ensure(Purpose::Tests))?;
+    if env::var("CI").is_ok_and(|value| value == "true") {
+        steps.run("checkout", || {
+            let count = checkout_times::restore(&workspace.root, &workspace.target)?;
+            println!("{count} files are as the last build had them");
+            Ok(())
+        })?;
+    }
     if filter.is_none() {
         steps.run("dependencies", || deny::check_or_skip(workspace))?;
         steps.run("format", || {
@@ -61,7 +69,12 @@ fn run_steps(
             process::run(clippy.args(["--", "-D", "warnings"]))
         })?;
     }
-    steps.run("build", || process::run(process::cargo().args(["build", "--workspace"])))?;
+    // With the tests: cargo unites the features of what it builds at once, and whatever has other
+    // ones is built again.
+    steps.run("build", || {
+        let targets = ["--lib", "--bins", "--tests", "--examples"];
+        process::run(process::cargo().args(["build", "--workspace"]).args(targets))
+    })?;
     steps.run("stage", || stage::stage(workspace, Profile::Dev))?;
     let python = steps.run("python", || python::ensure_environment(workspace, python::TESTS))?;
     if filter.is_none() {
@@ -102,13 +115,14 @@ fn run_tests(filter: Option<&str>, python: Option<&Path>, results: &mut Vec<Stri
 
 /// Draws as on a graphics card, where more than drawing is left to the device.
 fn run_as_on_a_card(workspace: &Workspace) -> Result<()> {
+    const PACKAGES: [&str; 2] = ["busbar_gpu", "busbar_renderer"];
     let mut command = process::cargo();
     if has_nextest() {
-        command.args(["nextest", "run"]);
+        let filter = PACKAGES.map(|package| format!("package({package})")).join(" | ");
+        command.args(["nextest", "run", "--workspace", "--filterset", &filter]);
     } else {
-        command.arg("test");
+        command.arg("test").args(PACKAGES.iter().flat_map(|package| ["--package", package]));
     }
-    command.args(["--package", "busbar_gpu", "--package", "busbar_renderer"]);
     let folder = tempfile::tempdir().context("no folder for the layer can be made")?;
     let library = workspace.library(Profile::Dev, "vulkan_faults");
     vulkan_faults::install(&mut command, &library, folder.path())?;

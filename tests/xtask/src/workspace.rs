@@ -42,7 +42,7 @@ pub(crate) struct Workspace {
     /// Root folder of the repository.
     pub(crate) root: PathBuf,
     /// Target folder of Cargo.
-    target: PathBuf,
+    pub(crate) target: PathBuf,
     /// Packages under `plugins/` that make a loadable library for users.
     pub(crate) plugins: Vec<String>,
 }

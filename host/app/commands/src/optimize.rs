@@ -119,6 +119,7 @@ impl OptimizedModel {
         let start = Instant::now();
         let mut model = import_file(file, &ImportLimits::default())?.model;
         let import_millis = millis_since(start);
+        let scales = model.mesh_scales();
         let imported = std::mem::take(&mut model.meshes);
         let total = imported.len();
         // Not from a cache: what this command reports is what the work takes.
@@ -128,7 +129,7 @@ impl OptimizedModel {
             by_error: false,
             allows_failure: false,
         };
-        let built = builder.build(imported.clone(), &|meshes| done(meshes, total))?;
+        let built = builder.build(imported.clone(), &scales, &|meshes| done(meshes, total))?;
         let mut build_ms = built.millis;
         build_ms.insert("import".into(), import_millis);
         Ok(Self { model, stacks: built.stacks, imported, build_ms })

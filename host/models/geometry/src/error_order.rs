@@ -38,7 +38,11 @@ impl CollapseSequence {
         }
         // Stable: of those around each other, none goes before one that it waits for.
         entries.sort_by(|a, b| a.error.total_cmp(&b.error));
-        Self::new(entries, self.position_count()).unwrap_or_else(|_| self.clone())
+        let sorted = Self::new(entries, self.position_count());
+        sorted.map_or_else(
+            |_| self.clone(),
+            |sorted| sorted.with_theta_by_mesh(self.is_theta_by_mesh()),
+        )
     }
 }
 

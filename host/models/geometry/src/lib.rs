@@ -16,6 +16,7 @@ mod stacks;
 mod statistics;
 mod stochastic_simplification;
 mod surface_deviation;
+mod theta_sharing;
 mod weld;
 
 pub use islands::PieceLimits;
@@ -27,4 +28,5 @@ pub use stacks::{
     CollapseStacks, NEVER_REMOVED, ResolvedMesh, StackTables, TablesError, removal_ranks,
 };
 pub use statistics::{Components, MeshStatistics, count_components};
+pub use theta_sharing::share_theta;
 pub use weld::{RawPrimitive, WeldError, WeldReport, weld};

@@ -20,6 +20,7 @@ pub struct Collapse {
 pub struct CollapseSequence {
     entries: Vec<Collapse>,
     position_count: u32,
+    theta_by_mesh: bool,
 }
 
 /// Reasons why a list of collapses is no sequence. An optimiser plugin is at fault.
@@ -90,12 +91,23 @@ impl CollapseSequence {
             last_error = entry.error;
             removed[entry.removed as usize] = true;
         }
-        Ok(Self { entries, position_count })
+        Ok(Self { entries, position_count, theta_by_mesh: false })
     }
 
     /// Makes a sequence in which nothing collapses.
     pub fn empty(position_count: u32) -> Self {
-        Self { entries: Vec::new(), position_count }
+        Self { entries: Vec::new(), position_count, theta_by_mesh: false }
+    }
+
+    /// Sets whether theta is a share of this mesh, not of its model.
+    #[must_use]
+    pub fn with_theta_by_mesh(self, theta_by_mesh: bool) -> Self {
+        Self { theta_by_mesh, ..self }
+    }
+
+    /// Reports whether theta is a share of this mesh, not of its model.
+    pub fn is_theta_by_mesh(&self) -> bool {
+        self.theta_by_mesh
     }
 
     /// Returns the collapses in order.

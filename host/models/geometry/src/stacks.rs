@@ -19,7 +19,8 @@ mod triangle_removal;
 
 use std::ops::Range;
 
-use crate::{Mesh, SlenderPoint, theta_to_cursor};
+use crate::theta_sharing::{self, SharedCursors};
+use crate::{Mesh, SlenderPoint};
 
 pub use build::removal_ranks;
 pub use tables::{StackTables, TablesError};
@@ -37,6 +38,8 @@ pub struct CollapseStacks {
     mesh: Mesh,
     tables: StackTables,
     slender: Vec<SlenderPoint>,
+    /// Cursors of the thetas of its model; none where theta is the mesh's own.
+    shared_cursors: Option<SharedCursors>,
 }
 
 /// The mesh at one cursor: live triangles in import order.
@@ -88,9 +91,16 @@ impl CollapseStacks {
         kept.enumerate().map(move |(entry, kept)| (last - entry as u32, kept))
     }
 
-    /// Returns the cursor for a proportion of simplified vertices.
+    /// Returns the cursor for a proportion of simplified vertices: of the mesh, or of its model where
+    /// [`share_theta`](crate::share_theta) shared it.
     pub fn cursor_for_theta(&self, theta: f64) -> u32 {
-        theta_to_cursor(theta, self.position_count(), self.collapse_count())
+        let (positions, collapses) = (self.position_count(), self.collapse_count());
+        theta_sharing::cursor(self.shared_cursors.as_ref(), theta, positions, collapses)
+    }
+
+    /// Takes the cursors of evenly spaced thetas of its model.
+    pub(crate) fn share(&mut self, cursors: SharedCursors) {
+        self.shared_cursors = Some(cursors);
     }
 
     /// Counts the positions that survive at a cursor: those with smaller numbers.

@@ -4,12 +4,11 @@
 //! by an index below `count` can be read.
 
 use busbar_geometry::NO_FEATURE;
-use gltf::json;
-use gltf::json::accessor::{ComponentType, Type};
-use gltf::json::validation::Checked;
 
 use crate::buffers::{Buffers, View, range};
-use crate::error::{ImportError, ImportFault, item};
+use crate::error::{ImportError, ImportFault};
+use crate::scalars::Whole;
+use crate::schema::{self, ComponentType, Shape};
 
 /// Elements at equal distances, all within the bytes.
 #[derive(Clone, Copy)]
@@ -28,14 +27,24 @@ struct Sparse<'a> {
     values: Elements<'a>,
 }
 
+/// Identity of an accessor's data: that of the file, or an attribute of the compressed mesh in a
+/// view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum AccessorKey {
+    File(usize),
+    Draco { view: usize, attribute: Option<usize> },
+}
+
 /// Accessor whose ranges were checked.
 #[derive(Clone, Copy)]
 pub(crate) struct Accessor<'a> {
     pub(crate) index: usize,
+    /// Different for different data.
+    pub(crate) key: AccessorKey,
     pub(crate) count: usize,
     pub(crate) component_type: ComponentType,
     pub(crate) normalized: bool,
-    pub(crate) shape: Type,
+    pub(crate) shape: Shape,
     /// Zeros where there is none.
     base: Option<Elements<'a>>,
     sparse: Option<Sparse<'a>>,
@@ -77,29 +86,25 @@ impl<'a> Elements<'a> {
 impl<'a> Accessor<'a> {
     /// Checks that all bytes are there; `named_by` says who names the accessor.
     pub(crate) fn new(
-        root: &'a json::Root,
-        buffers: &Buffers<'a>,
+        buffers: &'a Buffers<'_>,
         index: usize,
         named_by: impl FnOnce() -> String,
     ) -> Result<Self, ImportError> {
-        let accessor = item(&root.accessors, index, "accessor", named_by)?;
+        let accessor: schema::Accessor<'_> = buffers.document().accessors.parse(index, named_by)?;
         let here = |field: &str| format!("/accessors/{index}{field}");
-        let invalid = |field: &str, what: &str| ImportFault::Invalid(what.into()).at(here(field));
-        let Checked::Valid(json::accessor::GenericComponentType(component_type)) =
-            accessor.component_type
-        else {
-            return Err(invalid("/componentType", "unknown component type"));
-        };
-        let Checked::Valid(shape) = accessor.type_ else {
-            return Err(invalid("/type", "unknown accessor type"));
-        };
-        let size = component_type.size() * shape.multiplicity();
-        let count = accessor.count.0;
+        let invalid =
+            |field: &str, what: &str| ImportFault::Invalid(what.to_owned()).at(here(field));
+        let component_type = ComponentType::from_code(accessor.component_type)
+            .ok_or_else(|| invalid("/componentType", "unknown component type"))?;
+        let shape = accessor.shape.as_deref().and_then(Shape::from_name);
+        let shape = shape.ok_or_else(|| invalid("/type", "unknown accessor type"))?;
+        let size = component_type.size() * shape.components();
+        let count = accessor.count.0.into();
         let base = match accessor.buffer_view {
             None => None,
             Some(view) => {
-                let view = buffers.view(view.value(), || here("/bufferView"))?;
-                let offset = accessor.byte_offset.map_or(0, |o| o.0);
+                let view = buffers.view(view.index(), || here("/bufferView"))?;
+                let offset = accessor.byte_offset.unwrap_or_default().0.into();
                 Some(Elements::new(view, offset, count, size, || here(""))?)
             }
         };
@@ -107,14 +112,45 @@ impl<'a> Accessor<'a> {
             None => None,
             Some(sparse) => Some(Sparse::new(buffers, sparse, count, size, here)?),
         };
-        if base.is_none() && sparse.is_none() {
-            return Err(invalid("", "an accessor without data"));
+        let (count, normalized) = (accessor.count.index(), accessor.normalized.0);
+        let key = AccessorKey::File(index);
+        Ok(Self { index, key, count, component_type, normalized, shape, base, sparse })
+    }
+
+    /// Makes an accessor of packed values; `json` gives shape and use.
+    pub(crate) fn packed(
+        json: (usize, &schema::Accessor<'_>),
+        key: AccessorKey,
+        component_type: ComponentType,
+        components: usize,
+        values: &'a [u8],
+    ) -> Option<Self> {
+        let (index, json) = json;
+        let shape = json.shape.as_deref().and_then(Shape::from_name)?;
+        let size = component_type.size() * components;
+        if shape.components() != components || size == 0 {
+            return None;
         }
-        let Ok(count) = usize::try_from(count) else {
-            return Err(ImportFault::HugeNumber(count).at(here("/count")));
-        };
-        let normalized = accessor.normalized;
-        Ok(Self { index, count, component_type, normalized, shape, base, sparse })
+        let count = values.len() / size;
+        let base = Some(Elements { bytes: values, stride: size, size, count });
+        let normalized = json.normalized.0;
+        Some(Self { index, key, count, component_type, normalized, shape, base, sparse: None })
+    }
+
+    /// Makes an accessor of the corners of a compressed mesh.
+    pub(crate) fn corners(view: usize, values: &'a [u8]) -> Self {
+        let count = values.len() / size_of::<u32>();
+        let size = size_of::<u32>();
+        Self {
+            index: 0,
+            key: AccessorKey::Draco { view, attribute: None },
+            count,
+            component_type: ComponentType::U32,
+            normalized: false,
+            shape: Shape::Scalar,
+            base: Some(Elements { bytes: values, stride: size, size, count }),
+            sparse: None,
+        }
     }
 
     /// Returns how many elements a pass over all stored bytes visits.
@@ -141,14 +177,14 @@ impl<'a> Accessor<'a> {
         Ok(())
     }
 
-    /// Returns the largest index stored; 0 where none is.
-    pub(crate) fn largest_index(&self) -> u32 {
+    /// Returns the largest index stored, and the largest one beside `restart`; 0 where none is.
+    pub(crate) fn largest_indices(&self, restart: u32) -> [u32; 2] {
         if let Some(base) = self.plain(ComponentType::U32) {
-            return base.iter().map(plain_index).max().unwrap_or(0);
+            return largest(base.iter().map(plain_index), restart);
         }
         let stored = self.base.iter().chain(self.sparse.iter().map(|s| &s.values));
-        let indices = stored.flat_map(Elements::iter).map(|b| read_index(b, self.component_type));
-        indices.max().unwrap_or(0)
+        let indices = stored.flat_map(Elements::iter);
+        largest(indices.map(|b| read_index(b, self.component_type)), restart)
     }
 
     /// Finds the first stored element that `accept` refuses, by its place in the data.
@@ -177,7 +213,7 @@ impl<'a> Accessor<'a> {
     }
 
     /// Reads an index element (`SCALAR`, unsigned).
-    fn index_at(&self, element: usize) -> u32 {
+    pub(crate) fn index_at(&self, element: usize) -> u32 {
         self.element(element).map_or(0, |bytes| read_index(bytes, self.component_type))
     }
 
@@ -204,7 +240,7 @@ impl<'a> Accessor<'a> {
         }
     }
 
-    fn floats_at<const N: usize>(&self, element: usize) -> [f32; N] {
+    pub(crate) fn floats_at<const N: usize>(&self, element: usize) -> [f32; N] {
         self.element(element).map_or([0.0; N], |bytes| self.decode(bytes))
     }
 
@@ -233,39 +269,42 @@ impl<'a> Accessor<'a> {
 
 impl<'a> Sparse<'a> {
     fn new(
-        buffers: &Buffers<'a>,
-        sparse: &json::accessor::sparse::Sparse,
+        buffers: &'a Buffers<'_>,
+        sparse: &schema::Sparse,
         count: u64,
         size: usize,
         accessor: impl Fn(&str) -> String,
     ) -> Result<Self, ImportError> {
         let here = |field: &str| accessor(&format!("/sparse{field}"));
-        let Checked::Valid(json::accessor::IndexComponentType(index_type)) =
-            sparse.indices.component_type
-        else {
+        let index_type = ComponentType::from_code(sparse.indices.component_type);
+        let unsigned = |of: &ComponentType| {
+            matches!(of, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+        };
+        let Some(index_type) = index_type.filter(unsigned) else {
             let fault = ImportFault::Invalid("unknown component type".into());
             return Err(fault.at(here("/indices/componentType")));
         };
-        let replaced = sparse.count.0;
+        let replaced = sparse.count.0.into();
         if replaced > count {
             let what = format!("{replaced} of {count} elements replaced");
             return Err(ImportFault::Invalid(what).at(here("/count")));
         }
-        let view = |index: usize, field: &'static str| {
-            let view = buffers.view(index, || here(&format!("{field}/bufferView")))?;
-            Ok(View { stride: None, ..view })
+        let elements = |view: Whole, offset: Option<Whole>, size, field: &'static str| {
+            let view = buffers.view(view.index(), || here(&format!("{field}/bufferView")))?;
+            let view = View { stride: None, ..view };
+            let offset = offset.unwrap_or_default().0.into();
+            Elements::new(view, offset, replaced, size, || here(field))
         };
-        let indices = view(sparse.indices.buffer_view.value(), "/indices")?;
-        let values = view(sparse.values.buffer_view.value(), "/values")?;
-        let (index_offset, value_offset) =
-            (sparse.indices.byte_offset.0, sparse.values.byte_offset.0);
-        let index_size = index_type.size();
+        let (indices, values) = (&sparse.indices, &sparse.values);
         Ok(Self {
-            indices: Elements::new(indices, index_offset, replaced, index_size, || {
-                here("/indices")
-            })?,
+            indices: elements(
+                indices.buffer_view,
+                indices.byte_offset,
+                index_type.size(),
+                "/indices",
+            )?,
             index_type,
-            values: Elements::new(values, value_offset, replaced, size, || here("/values"))?,
+            values: elements(values.buffer_view, values.byte_offset, size, "/values")?,
         })
     }
 
@@ -282,6 +321,14 @@ impl<'a> Sparse<'a> {
         }
         None
     }
+}
+
+/// Returns the largest index, and the largest one beside `restart`.
+fn largest(indices: impl Iterator<Item = u32>, restart: u32) -> [u32; 2] {
+    indices.fold([0, 0], |[all, usual], index| {
+        let other = if index == restart { 0 } else { index };
+        [all.max(index), usual.max(other)]
+    })
 }
 
 fn plain_index(bytes: &[u8]) -> u32 {

@@ -2,6 +2,7 @@
 //! section 4.4).
 
 use crate::error::{ImportError, ImportFault};
+use crate::report::Notes;
 
 const GLB_MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = 0x4E4F_534A;
@@ -14,18 +15,26 @@ pub(crate) struct Container<'a> {
     pub(crate) bin: Option<&'a [u8]>,
 }
 
-pub(crate) fn open(bytes: &[u8]) -> Result<Container<'_>, ImportError> {
+pub(crate) fn open<'a>(bytes: &'a [u8], notes: &mut Notes) -> Result<Container<'a>, ImportError> {
     if !bytes.starts_with(GLB_MAGIC) {
         return Ok(Container { json: bytes, bin: None });
     }
-    open_glb(bytes).map_err(|reason| ImportFault::Container(reason).at("its header"))
+    open_glb(bytes, notes).map_err(|reason| ImportFault::Container(reason).at("its header"))
 }
 
-fn open_glb(bytes: &[u8]) -> Result<Container<'_>, String> {
+fn open_glb<'a>(bytes: &'a [u8], notes: &mut Notes) -> Result<Container<'a>, String> {
     let version = word(bytes, 4).ok_or("it ends within its header")?;
-    let length = word(bytes, 8).ok_or("it ends within its header")? as usize;
+    let mut length = word(bytes, 8).ok_or("it ends within its header")? as usize;
+    if version == 1 {
+        return Err("container version 1 of glTF 1.0; version 2 is read".into());
+    }
     if version != 2 {
         return Err(format!("container version {version} instead of 2"));
+    }
+    // Writers that stream know the length in the end alone; chunks have their own.
+    if length == 0 {
+        notes.add("GLB whose header says no length: read to its end");
+        length = bytes.len();
     }
     let Some(mut rest) = bytes.get(HEADER_BYTES..length) else {
         return Err(format!("its header says {length} bytes, but there are {}", bytes.len()));

@@ -4,8 +4,6 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::limits::{MAX_COORDINATE, MAX_JSON_DEPTH};
-
 /// Error of an import, with file and place.
 #[derive(Debug, Error)]
 #[error("{}: {fault}, at {place}: {}", self.file_name(), fault.remedy())]
@@ -55,12 +53,6 @@ pub enum ImportFault {
         /// Message of the JSON parser.
         reason: String,
     },
-    /// Arrays and objects nest too deeply.
-    #[error("JSON nested more than {MAX_JSON_DEPTH} levels deep")]
-    JsonDepth,
-    /// A number that no index, count or offset of a file can be.
-    #[error("{0} is more than any file holds")]
-    HugeNumber(u64),
     /// Version other than glTF 2.
     #[error("glTF version '{0}' is not supported")]
     Version(String),
@@ -95,16 +87,6 @@ pub enum ImportFault {
         /// Reason for the refusal.
         reason: &'static str,
     },
-    /// A node with two parents.
-    #[error("node {node} is a child of both node {first} and node {second}")]
-    TwoParents {
-        /// Node that has two parents.
-        node: usize,
-        /// The parent named first.
-        first: usize,
-        /// The parent named second.
-        second: usize,
-    },
     /// A node that is its own ancestor.
     #[error("node {0} is its own ancestor")]
     Cycle(usize),
@@ -119,12 +101,12 @@ pub enum ImportFault {
         /// Vertices of the primitive.
         count: usize,
     },
-    /// A NaN, infinite or absurd coordinate.
-    #[error("element {0} is not a coordinate between -{MAX_COORDINATE:e} and {MAX_COORDINATE:e}")]
-    Coordinate(usize),
     /// An image that cannot be used.
     #[error("the image cannot be used: {0}")]
     Image(String),
+    /// A mesh that Draco cannot decompress.
+    #[error("Draco cannot decompress the mesh: {0}")]
+    Draco(String),
     /// A library failed in a way it should not.
     #[error("the importer failed: {0}")]
     Panicked(String),
@@ -137,26 +119,20 @@ impl ImportFault {
             Self::Read { .. } | Self::NotAFile(_) => "check the path and its permissions",
             Self::TooMany { .. } => "make the model smaller or split it",
             Self::Version(_) => "export the model as glTF 2.0",
-            Self::Extension(_) => {
-                "export the model again without it (no Draco, meshopt or other compression)"
-            }
+            Self::Extension(_) => "export the model again without this extension",
             Self::Uri { .. } => {
                 "put the file beside the model or below, and name it by its relative path"
             }
-            Self::TwoParents { .. } | Self::Cycle(_) => {
-                "give each node one parent; nodes may share a mesh instead"
-            }
+            Self::Cycle(_) => "give each node one parent; nodes may share a mesh instead",
             Self::Image(_) => "save the image as PNG or JPEG again",
             Self::Panicked(_) => "the file is damaged: export it again, and report this to Busbar",
             Self::Container(_)
             | Self::Json { .. }
-            | Self::JsonDepth
-            | Self::HugeNumber(_)
             | Self::Index { .. }
             | Self::Beyond { .. }
             | Self::Invalid(_)
-            | Self::Vertex { .. }
-            | Self::Coordinate(_) => "the file is damaged or wrongly written: export it again",
+            | Self::Draco(_)
+            | Self::Vertex { .. } => "the file is damaged or wrongly written: export it again",
         }
     }
 }

@@ -1,119 +1,56 @@
 //! The two extensions that say whose a triangle is: EXT_mesh_features gives
-//! each vertex a feature, EXT_structural_metadata gives features their names. And
-//! KHR_texture_basisu, which names KTX2 images of textures.
-//!
-//! The types of `gltf::json` leave extensions out, so they are parsed here, in
-//! a pass of their own, which builds no more than a few words a primitive and
-//! a bounded number of tables.
+//! each vertex a feature, EXT_structural_metadata gives features their names.
 
-use gltf::json::Root;
 use serde::Deserialize;
 
 use crate::bounded::{List, Members};
-use crate::document::pointer;
+use crate::document::Document;
 use crate::error::ImportError;
-use crate::scan::json_fault;
+use crate::scalars::{Flag, Whole};
+use crate::schema::Primitive;
 
 pub(crate) const MESH_FEATURES: &str = "EXT_mesh_features";
 pub(crate) const STRUCTURAL_METADATA: &str = "EXT_structural_metadata";
-pub(crate) const TEXTURE_BASISU: &str = "KHR_texture_basisu";
 
 /// Before the number of the set, in names of vertex attributes.
 const ATTRIBUTE_PREFIX: &str = "_FEATURE_ID_";
 
-/// Contents of the supported extensions; empty where a file does not use them.
-#[derive(Default, Deserialize)]
-pub(crate) struct Extensions {
-    #[serde(default)]
-    meshes: Vec<Mesh>,
-    #[serde(default)]
-    textures: Vec<TextureEntry>,
-    #[serde(default)]
-    extensions: Option<RootExtensions>,
-}
-
-#[derive(Deserialize)]
-struct TextureEntry {
-    #[serde(default)]
-    extensions: Option<TextureExtensions>,
-}
-
-#[derive(Deserialize)]
-struct TextureExtensions {
-    #[serde(rename = "KHR_texture_basisu")]
-    basisu: Option<BasisSource>,
-}
-
-#[derive(Deserialize)]
-struct BasisSource {
-    source: Option<u64>,
-}
-
-#[derive(Deserialize)]
-pub(crate) struct Mesh {
-    #[serde(default)]
-    primitives: Vec<Primitive>,
-}
-
-#[derive(Deserialize)]
-pub(crate) struct Primitive {
-    #[serde(default)]
-    attributes: FeatureAttributes,
-    #[serde(default)]
-    extensions: Option<PrimitiveExtensions>,
-}
-
-#[derive(Deserialize)]
-struct PrimitiveExtensions {
-    #[serde(rename = "EXT_mesh_features")]
-    mesh_features: Option<Box<MeshFeatures>>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct MeshFeatures {
-    #[serde(default)]
-    feature_ids: FeatureIdSets,
-}
-
 /// The set of feature ids that is read, and how many are not.
 #[derive(Default, Deserialize)]
 #[serde(from = "List<FeatureIdSet>")]
-struct FeatureIdSets {
+pub(crate) struct FeatureIdSets {
     /// The first set by a vertex attribute, and its place in the list.
     by_attribute: Option<(usize, FeatureIdSet)>,
     skipped: usize,
 }
 
 /// One set of feature ids. Its `featureCount` is not read: it bounds nothing.
-#[derive(Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase", expecting = "an object")]
 pub(crate) struct FeatureIdSet {
-    attribute: Option<u64>,
-    pub(crate) property_table: Option<u64>,
-    pub(crate) null_feature_id: Option<u64>,
+    attribute: Option<Whole>,
+    pub(crate) property_table: Option<Whole>,
+    pub(crate) null_feature_id: Option<Whole>,
 }
 
-/// Accessors of the vertex attributes that hold feature ids, by their number.
-#[derive(Default, Deserialize)]
-#[serde(from = "Members<u64>")]
-struct FeatureAttributes(Vec<(u64, u64)>);
-
 #[derive(Deserialize)]
+#[serde(expecting = "an object")]
 struct RootExtensions {
     #[serde(rename = "EXT_structural_metadata")]
     structural_metadata: Option<StructuralMetadata>,
 }
 
+/// Property tables and the types of their columns.
 #[derive(Default, Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct StructuralMetadata {
+#[serde(rename_all = "camelCase", expecting = "an object")]
+pub(crate) struct StructuralMetadata {
     schema: Option<Schema>,
     #[serde(default)]
     property_tables: List<PropertyTable>,
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "an object")]
 struct Schema {
     #[serde(default)]
     classes: Members<Class>,
@@ -121,103 +58,84 @@ struct Schema {
 
 /// Types of the columns of a property table.
 #[derive(Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct Class {
     #[serde(default)]
     properties: Members<ClassProperty>,
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "an object")]
 struct ClassProperty {
     #[serde(rename = "type")]
     value_type: String,
     #[serde(default)]
-    array: bool,
+    array: Flag,
 }
 
 /// Values of features, a row each.
 #[derive(Deserialize)]
+#[serde(expecting = "an object")]
 pub(crate) struct PropertyTable {
     class: String,
-    pub(crate) count: u64,
+    pub(crate) count: Whole,
     #[serde(default)]
     properties: Members<Column>,
 }
 
 /// Views of a column's values.
 #[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(rename_all = "camelCase", expecting = "an object")]
 pub(crate) struct Column {
-    pub(crate) values: u64,
-    pub(crate) string_offsets: Option<u64>,
+    pub(crate) values: Whole,
+    pub(crate) string_offsets: Option<Whole>,
     pub(crate) string_offset_type: Option<String>,
 }
 
 /// The set that a primitive's features come from.
-pub(crate) struct PrimitiveFeatures<'a> {
+pub(crate) struct PrimitiveFeatures {
     /// Place in the list of sets.
     pub(crate) index: usize,
-    pub(crate) set: &'a FeatureIdSet,
+    pub(crate) set: FeatureIdSet,
     /// Accessor of its attribute, if the primitive has that.
-    pub(crate) accessor: Option<u64>,
+    pub(crate) accessor: Option<Whole>,
     /// Name of its attribute.
     pub(crate) attribute: String,
 }
 
-/// Parses the contents of these extensions, if the file uses them.
-pub(crate) fn parse(json: &[u8], root: &Root) -> Result<Extensions, ImportError> {
-    let is_known = |name: &String| [MESH_FEATURES, TEXTURE_BASISU].contains(&name.as_str());
-    if !root.extensions_used.iter().any(is_known) {
-        return Ok(Extensions::default());
+impl Primitive<'_> {
+    fn feature_id_sets(&self) -> Option<&FeatureIdSets> {
+        Some(&self.extensions.as_ref()?.mesh_features.as_ref()?.feature_ids)
     }
-    let parser = &mut serde_json::Deserializer::from_slice(json);
-    serde_path_to_error::deserialize(parser)
-        .map_err(|e: serde_path_to_error::Error<_>| json_fault(e.inner()).at(pointer(e.path())))
+
+    /// Returns the source of the feature ids, if there is any.
+    pub(crate) fn features(&self) -> Option<PrimitiveFeatures> {
+        let (index, set) = self.feature_id_sets()?.by_attribute?;
+        let attribute = format!("{ATTRIBUTE_PREFIX}{}", set.attribute?.0);
+        Some(PrimitiveFeatures { index, set, accessor: self.attribute(&attribute), attribute })
+    }
+
+    /// Returns how many further sets of feature ids there are.
+    pub(crate) fn skipped_feature_id_sets(&self) -> usize {
+        self.feature_id_sets().map_or(0, |sets| sets.skipped)
+    }
 }
 
-impl Extensions {
-    fn sets(&self, mesh: usize, primitive: usize) -> Option<(&Primitive, &FeatureIdSets)> {
-        let primitive = self.meshes.get(mesh)?.primitives.get(primitive)?;
-        let features = primitive.extensions.as_ref()?.mesh_features.as_ref()?;
-        Some((primitive, &features.feature_ids))
-    }
-
-    /// Returns the source of a primitive's feature ids, if it has any.
-    pub(crate) fn features(&self, mesh: usize, primitive: usize) -> Option<PrimitiveFeatures<'_>> {
-        let (primitive, sets) = self.sets(mesh, primitive)?;
-        let (index, set) = sets.by_attribute.as_ref()?;
-        let number = set.attribute?;
-        let known = primitive.attributes.0.iter().find(|(known, _)| *known == number);
-        Some(PrimitiveFeatures {
-            index: *index,
-            set,
-            accessor: known.map(|&(_, accessor)| accessor),
-            attribute: format!("{ATTRIBUTE_PREFIX}{number}"),
-        })
-    }
-
-    /// Returns the image that KHR_texture_basisu names for a texture.
-    pub(crate) fn basis_source(&self, texture: usize) -> Option<usize> {
-        let source = self.textures.get(texture)?.extensions.as_ref()?.basisu.as_ref()?.source?;
-        usize::try_from(source).ok()
-    }
-
-    /// Returns how many further sets of feature ids a primitive has.
-    pub(crate) fn skipped_sets(&self, mesh: usize, primitive: usize) -> usize {
-        self.sets(mesh, primitive).map_or(0, |(_, sets)| sets.skipped)
+impl StructuralMetadata {
+    /// Parses the metadata of a file; empty without any.
+    pub(crate) fn parse(document: &Document<'_>) -> Result<Self, ImportError> {
+        let extensions: Option<RootExtensions> = document.extensions()?;
+        Ok(extensions.and_then(|extensions| extensions.structural_metadata).unwrap_or_default())
     }
 
     pub(crate) fn property_tables(&self) -> &[PropertyTable] {
-        self.metadata().map_or(&[], |metadata| &metadata.property_tables.0)
+        &self.property_tables.0
     }
 
     /// Returns the class of a table, if the file itself holds it.
     pub(crate) fn class_of(&self, table: &PropertyTable) -> Option<&Class> {
-        let classes = &self.metadata()?.schema.as_ref()?.classes.0;
+        let classes = &self.schema.as_ref()?.classes.0;
         classes.iter().find(|(name, _)| *name == table.class).map(|(_, class)| class)
-    }
-
-    fn metadata(&self) -> Option<&StructuralMetadata> {
-        self.extensions.as_ref()?.structural_metadata.as_ref()
     }
 }
 
@@ -230,7 +148,7 @@ impl PropertyTable {
         self.properties.0.iter().filter(|(column, _)| {
             let mut properties = class.properties.0.iter();
             let property = properties.find(|(name, _)| name == column);
-            property.is_some_and(|(_, p)| p.value_type == "STRING" && !p.array)
+            property.is_some_and(|(_, p)| p.value_type == "STRING" && !p.array.0)
         })
     }
 }
@@ -242,13 +160,5 @@ impl From<List<FeatureIdSet>> for FeatureIdSets {
         let by_attribute = indexed.find(|(_, set)| set.attribute.is_some());
         let skipped = count - usize::from(by_attribute.is_some());
         Self { by_attribute, skipped }
-    }
-}
-
-impl From<Members<u64>> for FeatureAttributes {
-    fn from(attributes: Members<u64>) -> Self {
-        let number = |name: &str| name.strip_prefix(ATTRIBUTE_PREFIX)?.parse().ok();
-        let attributes = attributes.0.into_iter();
-        Self(attributes.filter_map(|(name, accessor)| Some((number(&name)?, accessor))).collect())
     }
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use crate::error::{ImportError, ImportFault};
 use crate::limits::MAX_EXTERNAL_FILES;
@@ -52,53 +53,58 @@ fn open_without_blocking(path: &Path) -> std::io::Result<File> {
 pub(crate) struct Files<'a> {
     base: Option<&'a Path>,
     bytes_left: u64,
-    index_of: HashMap<PathBuf, usize>,
-    contents: Vec<Vec<u8>>,
+    known: HashMap<PathBuf, Rc<Vec<u8>>>,
 }
 
 impl<'a> Files<'a> {
     /// Makes a reader of files. Relative URIs resolve in `base` and stay below it.
     pub(crate) fn new(base: Option<&'a Path>, bytes_left: u64) -> Self {
-        Self { base, bytes_left, index_of: HashMap::new(), contents: Vec::new() }
+        Self { base, bytes_left, known: HashMap::new() }
     }
 
-    /// Loads the bytes of a data URI or a file. Returns an index for [`Files::get`].
-    pub(crate) fn load(&mut self, uri: &str, place: &str) -> Result<usize, ImportError> {
+    /// Loads the bytes of a data URI or a file.
+    pub(crate) fn load(&mut self, uri: &str, place: &str) -> Result<Rc<Vec<u8>>, ImportError> {
         self.try_load(uri).map_err(|fault| fault.at(place))
     }
 
-    /// Returns the bytes that [`Files::load`] read.
-    pub(crate) fn get(&self, index: usize) -> &[u8] {
-        &self.contents[index]
-    }
-
-    fn try_load(&mut self, uri: &str) -> Result<usize, ImportFault> {
-        if let Some(data) = uri.strip_prefix("data:") {
+    fn try_load(&mut self, uri: &str) -> Result<Rc<Vec<u8>>, ImportFault> {
+        if let Some(data) = uri::data_of(uri) {
             let bytes = uri::decode_data(data).map_err(|reason| uri_fault(uri, reason))?;
-            return Ok(self.keep(bytes));
+            return Ok(Rc::new(bytes));
         }
         let Some(base) = self.base else {
             return Err(uri_fault(uri, "no file may be read beside these bytes"));
         };
-        let relative = uri::relative_path(uri).map_err(|reason| uri_fault(uri, reason))?;
-        let path = resolve(base, &relative, uri)?;
-        if let Some(&index) = self.index_of.get(&path) {
-            return Ok(index);
+        let mut first = None;
+        for relative in uri::relative_paths(uri).map_err(|reason| uri_fault(uri, reason))? {
+            match self.read(base, &relative, uri) {
+                Err(fault @ ImportFault::Read { .. }) => {
+                    first.get_or_insert(fault);
+                }
+                read => return read,
+            }
         }
-        let (count, limit) = (self.index_of.len() as u64 + 1, MAX_EXTERNAL_FILES as u64);
+        Err(first.unwrap_or_else(|| uri_fault(uri, "it names no file")))
+    }
+
+    fn read(
+        &mut self,
+        base: &Path,
+        relative: &Path,
+        uri: &str,
+    ) -> Result<Rc<Vec<u8>>, ImportFault> {
+        let path = resolve(base, relative, uri)?;
+        if let Some(known) = self.known.get(&path) {
+            return Ok(Rc::clone(known));
+        }
+        let (count, limit) = (self.known.len() as u64 + 1, MAX_EXTERNAL_FILES as u64);
         if count > limit {
             return Err(ImportFault::TooMany { what: "files named", count, limit });
         }
-        let bytes = read_regular(&path, self.bytes_left)?;
+        let bytes = Rc::new(read_regular(&path, self.bytes_left)?);
         self.bytes_left -= bytes.len() as u64;
-        let index = self.keep(bytes);
-        self.index_of.insert(path, index);
-        Ok(index)
-    }
-
-    fn keep(&mut self, bytes: Vec<u8>) -> usize {
-        self.contents.push(bytes);
-        self.contents.len() - 1
+        self.known.insert(path, Rc::clone(&bytes));
+        Ok(bytes)
     }
 }
 

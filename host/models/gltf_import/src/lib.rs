@@ -4,48 +4,54 @@
 //! number is checked against the bytes that are there, and nothing outside the
 //! model's folder is opened.
 //!
-//! The `gltf` crate gives the document's types; its own checks and readers
-//! panic on hostile files, so every index, range and element is checked and
-//! read here.
+//! The document is kept as text, and its elements are parsed when they are used: every index,
+//! range and element is checked here.
 
 mod accessor;
 mod bounded;
 mod buffers;
 mod container;
 mod document;
+mod draco;
 mod error;
 mod extensions;
 mod features;
 mod files;
 mod images;
+mod instances;
+mod json_text;
 mod ktx2_image;
 mod limits;
 mod materials;
 mod mesh_cache;
 mod meshes;
+mod meshopt_view;
 mod name_table;
 mod names;
 mod nodes;
 mod primitives;
 mod report;
-mod scan;
+mod required_extensions;
+mod scalars;
+mod schema;
 mod uri;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use busbar_scene::{Model, ModelNode};
-use gltf::json::Root;
 
 use crate::buffers::Buffers;
+use crate::document::Document;
+use crate::extensions::StructuralMetadata;
 use crate::files::Files;
-use crate::meshes::{Builder, CachedContent, Checker};
+use crate::meshes::{Builder, CachedContent, Checker, Source};
 use crate::report::Notes;
 
 pub use crate::error::{ImportError, ImportFault};
 pub use crate::limits::{
-    ImportLimits, MAX_COORDINATE, MAX_DEPTH, MAX_EXTERNAL_FILES, MAX_FEATURES, MAX_FILE_BYTES,
-    MAX_JSON_BYTES, MAX_JSON_DEPTH, MAX_JSON_MEMORY, MAX_METADATA_ITEMS, MAX_NAME_BYTES, MAX_NODES,
+    ImportLimits, MAX_COORDINATE, MAX_DECODED_BYTES, MAX_DEPTH, MAX_EXTERNAL_FILES, MAX_FEATURES,
+    MAX_FILE_BYTES, MAX_JSON_BYTES, MAX_JSON_MEMORY, MAX_METADATA_ITEMS, MAX_NAME_BYTES, MAX_NODES,
     MAX_NOTES, MAX_TEXTURE_PIXELS, MAX_TEXTURE_SIDE, MAX_TRIANGLES,
 };
 pub use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
@@ -64,12 +70,19 @@ pub struct ImportedModel {
 /// folder and below, nowhere else.
 ///
 /// Supported: glTF 2.0 with triangles, strips and fans; positions, normals and
-/// the first texture coordinates in any component type (KHR_mesh_quantization
-/// included); sparse accessors; features of vertices with their names
-/// (EXT_mesh_features by attribute, EXT_structural_metadata); metallic-roughness materials with PNG, JPEG
-/// and KTX2 textures (RGBA8, BC1 to BC5 and BC7; plain or Zstandard; also by
-/// KHR_texture_basisu). A texture that is missing or broken is shown as a checker. All else is skipped and reported, or refused if the file requires
-/// it. Node names become unique within the model, feature names within their
+/// texture coordinates in any component type (KHR_mesh_quantization
+/// included), transformed as KHR_texture_transform says; sparse accessors; compression by
+/// KHR_draco_mesh_compression and EXT_meshopt_compression; instances
+/// (EXT_mesh_gpu_instancing), each a node called `name[index]`; features of vertices
+/// with their names (EXT_mesh_features by attribute, EXT_structural_metadata);
+/// metallic-roughness and specular-glossiness materials with PNG, JPEG, WebP and KTX2 textures
+/// (RGBA8, BC1 to BC5 and BC7; plain or Zstandard; also by KHR_texture_basisu).
+///
+/// What is not shown is not at fault: elements are parsed once something shown names them. An
+/// image that cannot be had is shown as a checker, a larger one than the limits scaled down, a
+/// triangle without coordinates left out; each with a remark. What only refines the look is
+/// skipped with a remark; a required extension that decides shapes and is not known is refused.
+/// Node names become unique within the model, feature names within their
 /// mesh, and both lose their '/'.
 ///
 /// # Errors
@@ -137,27 +150,34 @@ fn import(
         return Err(ImportFault::TooMany { what: "bytes", count, limit }.at("the whole file"));
     }
     let mut notes = Notes::default();
-    let container = container::open(bytes)?;
-    let root = document::parse(container.json, limits, &mut notes)?;
-    let extensions = extensions::parse(container.json, &root)?;
-    let mut nodes = nodes::build(&root, limits, &mut notes)?;
-    let mut materials = materials::convert(&root, &extensions, &mut notes)?;
+    let container = container::open(bytes, &mut notes)?;
+    let text = document::text(container.json, &mut notes)?;
+    let document = document::parse(&text, limits, &mut notes)?;
+    let buffers = Buffers::new(&document, container.bin, Files::new(base, limit - count));
+    let mut nodes = nodes::build(&buffers, limits, &mut notes)?;
+    let named = named_meshes(&document, &nodes, &mut notes);
+    let used = meshes::used_materials(&document, &named)?;
+    let mut materials = materials::convert(&document, &used, &mut notes)?;
 
-    let mut files = Files::new(base, limit - count);
-    let loaded_buffers = buffers::load(&root, container.bin, &mut files)?;
-    let loaded_images = images::load(&root, &materials.images, &mut files)?;
-    let buffers = Buffers::new(&root, &loaded_buffers, container.bin, &files)?;
-
-    let mut checker = Checker::new(&root, &buffers, &extensions, limits);
-    let shown = check_meshes(&root, &mut checker, &nodes, &mut notes)?;
-    let sources = (&*materials.images, loaded_images);
-    let decoded = images::decode(&root, sources, &buffers, &files, limits, &mut notes)?;
+    let metadata = StructuralMetadata::parse(&document)?;
+    let source =
+        Source::new(&buffers, metadata, std::mem::take(&mut materials.uv_mappings), limits);
+    let mut checker = Checker::new(&source, limits);
+    let mut shown = Vec::new();
+    for mesh in named {
+        if checker.check(mesh, &mut notes)? > 0 {
+            shown.push(mesh);
+        } else {
+            notes.add("mesh without triangles skipped");
+        }
+    }
+    let decoded = images::load(&materials.images, &buffers, limits, &mut notes);
     materials.drop_roughness_textures(&decoded.placeholders);
     let mut report = ImportReport::default();
-    let content = || buffers.content(container.json);
-    let mut builder = Builder::new(checker, cache.map(|cache| CachedContent::new(cache, &content)));
+    let cached = cache.map(|cache| CachedContent::new(cache, &buffers));
+    let mut builder = Builder::new(checker, cached);
     let (mut meshes, mut features) = (Vec::new(), Vec::new());
-    let mut model_mesh = vec![None; root.meshes.len()];
+    let mut model_mesh = vec![None; document.meshes.len()];
     for mesh in shown {
         let (built, names, welded) = builder.build(mesh)?;
         model_mesh[mesh] = Some(meshes.len() as u32);
@@ -174,26 +194,12 @@ fn import(
     Ok(ImportedModel { model, report })
 }
 
-/// Checks the meshes that nodes show. Returns those with triangles, in the
-/// file's order.
-fn check_meshes(
-    root: &Root,
-    checker: &mut Checker<'_>,
-    nodes: &[ModelNode],
-    notes: &mut Notes,
-) -> Result<Vec<usize>, ImportError> {
-    let mut named = vec![false; root.meshes.len()];
+/// Returns the meshes that nodes name, in the file's order.
+fn named_meshes(document: &Document<'_>, nodes: &[ModelNode], notes: &mut Notes) -> Vec<usize> {
+    let mut named = vec![false; document.meshes.len()];
     for mesh in nodes.iter().filter_map(|node| node.mesh) {
         named[mesh as usize] = true;
     }
-    let mut shown = Vec::new();
-    for mesh in (0..named.len()).filter(|&mesh| named[mesh]) {
-        if checker.check(mesh, notes)? > 0 {
-            shown.push(mesh);
-        } else {
-            notes.add("mesh without triangles skipped");
-        }
-    }
     notes.add_many("mesh skipped: no node shows it", named.iter().filter(|n| !**n).count());
-    Ok(shown)
+    (0..named.len()).filter(|&mesh| named[mesh]).collect()
 }

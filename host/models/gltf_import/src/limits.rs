@@ -4,9 +4,9 @@
 /// Bytes of a model file and all files it names, together.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Nodes of one file.
-pub const MAX_NODES: u32 = 100_000;
+pub const MAX_NODES: u32 = 1_000_000;
 /// Levels of nodes below a root.
-pub const MAX_DEPTH: u32 = 256;
+pub const MAX_DEPTH: u32 = 512;
 /// Triangles of all meshes together.
 pub const MAX_TRIANGLES: u64 = 10_000_000;
 /// Pixels of all textures together; each takes four bytes.
@@ -16,18 +16,27 @@ pub const MAX_TEXTURE_PIXELS: u64 = 64 << 20;
 pub const MAX_TEXTURE_SIDE: u32 = 8192;
 /// Bytes of the JSON part, embedded data URIs included.
 pub const MAX_JSON_BYTES: u64 = 256 << 20;
-/// Levels of JSON arrays and objects.
-pub const MAX_JSON_DEPTH: usize = 64;
-/// Memory that the parsed JSON may take, beyond twice its own length.
+/// Memory that the places of the JSON's elements may take, beyond twice its own length.
 pub const MAX_JSON_MEMORY: u64 = 40 << 20;
+/// Bytes of all compressed meshes and views of one model, once decompressed.
+pub const MAX_DECODED_BYTES: u64 = 1 << 30;
 /// Files that one model may name.
 pub const MAX_EXTERNAL_FILES: usize = 1024;
 /// Features of all meshes together, each with a name of its own. Features without a triangle do not
 /// count.
 pub const MAX_FEATURES: u32 = 100_000;
 /// Items of one list or object of EXT_structural_metadata, and vertex
-/// attributes or feature id sets of one primitive that has features.
+/// attributes, morph targets or feature id sets of one primitive.
 pub const MAX_METADATA_ITEMS: usize = 256;
+/// Children of one node, or nodes of one scene.
+pub(crate) const MAX_CHILDREN: usize = MAX_NODES as usize;
+/// Primitives of one mesh.
+pub(crate) const MAX_PRIMITIVES: usize = 1 << 18;
+/// Triangles, and elements gone through, that are allowed however few bytes there are: they are
+/// built sooner than counted twice.
+pub(crate) const MIN_ALLOWANCE: u64 = 1 << 16;
+/// Times that the bytes of a file may be used over: meshes share accessors.
+pub(crate) const MAX_SHARING: u64 = 16;
 /// Bytes of a node's, a feature's or a material's name; longer ones are cut.
 pub const MAX_NAME_BYTES: usize = 128;
 /// Different remarks in a report.

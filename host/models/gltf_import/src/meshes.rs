@@ -5,95 +5,153 @@ use std::cell::OnceCell;
 use std::collections::{HashMap, HashSet};
 
 use busbar_geometry::weld;
-use gltf::json::Root;
 
 use crate::ImportLimits;
-use crate::accessor::Accessor;
+use crate::accessor::{Accessor, AccessorKey};
 use crate::buffers::Buffers;
+use crate::document::Document;
 use crate::error::{ImportError, ImportFault};
-use crate::extensions::{Extensions, PropertyTable, STRUCTURAL_METADATA};
+use crate::extensions::{STRUCTURAL_METADATA, StructuralMetadata};
 use crate::features::{FeatureIds, FeatureNamer, NameTables};
-use crate::limits::MAX_COORDINATE;
+use crate::limits::{MAX_SHARING, MIN_ALLOWANCE};
 use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 use crate::name_table::NameTable;
-use crate::primitives::{Primitive, PrimitivePlace};
+use crate::primitives::{Primitive, PrimitivePlace, UvMapping, is_coordinate};
 use crate::report::Notes;
+use crate::schema;
 
 const SKIPPED_FEATURES: &str =
     "set of feature ids skipped: only the first one by a vertex attribute is read";
+const ASTRAY: &str = "triangle left out: a corner is no coordinate, or beyond all of them";
 const UNNAMED_FEATURES: &str =
     "property table without a column of strings that its class declares: its features are numbered";
 
+/// Primitives of the shown meshes, and what all of them share.
+pub(crate) struct Source<'a> {
+    pub(crate) buffers: &'a Buffers<'a>,
+    pub(crate) metadata: StructuralMetadata,
+    /// Texture coordinates by material.
+    mappings: Vec<UvMapping>,
+    pub(crate) max_triangles: u64,
+}
+
+impl<'a> Source<'a> {
+    pub(crate) fn new(
+        buffers: &'a Buffers<'a>,
+        metadata: StructuralMetadata,
+        mappings: Vec<UvMapping>,
+        limits: &ImportLimits,
+    ) -> Self {
+        Self { buffers, metadata, mappings, max_triangles: limits.max_triangles }
+    }
+
+    /// Visits the primitives of a mesh that make triangles; the others are `None`.
+    fn primitives(
+        &'a self,
+        mesh: usize,
+        mut visit: impl FnMut(
+            &schema::Primitive<'a>,
+            Option<Primitive<'a>>,
+            PrimitivePlace,
+        ) -> Result<(), ImportError>,
+    ) -> Result<(), ImportError> {
+        let document = self.buffers.document();
+        let json: schema::Mesh<'a> = document.meshes.parse(mesh, || format!("/meshes/{mesh}"))?;
+        for (index, part) in json.primitives.unwrap_or_default().0.into_iter().enumerate() {
+            let place = PrimitivePlace { mesh, primitive: index };
+            let json: schema::Primitive<'a> = document.parse(part, || place.pointer(""))?;
+            let material = json.material.map_or(usize::MAX, |material| material.index());
+            let mapping = self.mappings.get(material).copied().unwrap_or_default();
+            let primitive = Primitive::new(self, &json, mapping, place)?;
+            visit(&json, primitive, place)?;
+        }
+        Ok(())
+    }
+}
+
+/// Finds the materials that the primitives of meshes name.
+pub(crate) fn used_materials(
+    document: &Document<'_>,
+    shown: &[usize],
+) -> Result<Vec<bool>, ImportError> {
+    let mut used = vec![false; document.materials.len()];
+    for &mesh in shown {
+        let json: schema::Mesh<'_> = document.meshes.parse(mesh, || format!("/meshes/{mesh}"))?;
+        for (primitive, part) in json.primitives.unwrap_or_default().0.into_iter().enumerate() {
+            let place = PrimitivePlace { mesh, primitive };
+            let json: schema::Primitive<'_> = document.parse(part, || place.pointer(""))?;
+            if let Some(used) = json.material.and_then(|material| used.get_mut(material.index())) {
+                *used = true;
+            }
+        }
+    }
+    Ok(used)
+}
+
 /// Checks meshes and counts their triangles.
 pub(crate) struct Checker<'a> {
-    root: &'a Root,
-    buffers: &'a Buffers<'a>,
-    extensions: &'a Extensions,
+    source: &'a Source<'a>,
     limits: &'a ImportLimits,
     triangles: u64,
     visits: u64,
     /// Facts of accessors that have been gone through: many primitives share one.
-    largest_index: HashMap<usize, u32>,
-    sane_positions: HashSet<usize>,
-    other: HashSet<usize>,
+    largest_indices: HashMap<AccessorKey, [u32; 2]>,
+    /// Whether all elements of an accessor are coordinates.
+    sane_positions: HashMap<AccessorKey, bool>,
+    other: HashSet<AccessorKey>,
     /// Feature ids by accessor, table and null id.
-    sane_features: HashSet<(usize, Option<usize>, Option<u64>)>,
+    sane_features: HashSet<(AccessorKey, Option<usize>, Option<u64>)>,
     tables: NameTables<'a>,
+    /// Of the primitives, by mesh and index.
+    restarts: HashMap<(usize, usize), u32>,
 }
 
 impl<'a> Checker<'a> {
-    pub(crate) fn new(
-        root: &'a Root,
-        buffers: &'a Buffers<'a>,
-        extensions: &'a Extensions,
-        limits: &'a ImportLimits,
-    ) -> Self {
+    pub(crate) fn new(source: &'a Source<'a>, limits: &'a ImportLimits) -> Self {
         Self {
-            root,
-            buffers,
-            extensions,
+            source,
             limits,
             triangles: 0,
             visits: 0,
-            largest_index: HashMap::new(),
-            sane_positions: HashSet::new(),
+            largest_indices: HashMap::new(),
+            sane_positions: HashMap::new(),
             other: HashSet::new(),
             sane_features: HashSet::new(),
             tables: HashMap::new(),
+            restarts: HashMap::new(),
         }
     }
 
     /// Checks one mesh; says how many triangles it has.
     pub(crate) fn check(&mut self, mesh: usize, notes: &mut Notes) -> Result<u64, ImportError> {
         let before = self.triangles;
-        for (index, json) in self.root.meshes[mesh].primitives.iter().enumerate() {
-            let place = PrimitivePlace { mesh, primitive: index };
-            match Primitive::new(self.root, self.buffers, self.extensions, json, place)? {
-                None => notes.add("primitive of points, lines or no positions skipped"),
-                Some(primitive) => {
-                    primitive.note(json, notes);
-                    let skipped = self.extensions.skipped_sets(mesh, index);
-                    notes.add_many(SKIPPED_FEATURES, skipped);
-                    self.count(&primitive, place)?;
-                    self.check_values(&primitive, place)?;
-                    if let Some(features) = &primitive.features {
-                        self.check_features(features, notes)?;
-                    }
-                }
+        let source = self.source;
+        source.primitives(mesh, |json, primitive, place| {
+            let Some(mut primitive) = primitive else {
+                notes.add("primitive of points, lines or no positions skipped");
+                return Ok(());
+            };
+            primitive.note(json, notes);
+            notes.add_many(SKIPPED_FEATURES, json.skipped_feature_id_sets());
+            self.count(&primitive, place)?;
+            self.check_values(&mut primitive, place, notes)?;
+            match &primitive.features {
+                Some(features) => self.check_features(features, notes),
+                None => Ok(()),
             }
-        }
+        })?;
         Ok(self.triangles - before)
     }
 
-    /// Counts triangles against the limit. Each takes at least a byte of some buffer; naming the
-    /// same bytes a thousand times does not help.
+    /// Counts triangles against the limit. Each takes at least a byte of some buffer, which meshes
+    /// may share.
     fn count(
         &mut self,
         primitive: &Primitive<'_>,
         place: PrimitivePlace,
     ) -> Result<(), ImportError> {
         self.triangles += primitive.triangle_count() as u64;
-        let backed = self.buffers.total_bytes();
+        let backed = (MAX_SHARING * self.source.buffers.total_bytes()).max(MIN_ALLOWANCE);
         let limit = self.limits.max_triangles.min(backed);
         if self.triangles <= limit {
             return Ok(());
@@ -104,51 +162,57 @@ impl<'a> Checker<'a> {
 
     fn check_values(
         &mut self,
-        primitive: &Primitive<'_>,
+        primitive: &mut Primitive<'_>,
         place: PrimitivePlace,
+        notes: &mut Notes,
     ) -> Result<(), ImportError> {
         let vertices = primitive.positions.count;
-        self.check_positions(&primitive.positions)?;
         for other in [&primitive.normals, &primitive.uvs].into_iter().flatten() {
-            if self.other.insert(other.index) {
+            if self.other.insert(other.key) {
                 self.visit(other)?;
                 other.check_sparse()?;
             }
         }
-        let Some(indices) = &primitive.indices else {
-            return Ok(());
-        };
-        let largest = match self.largest_index.get(&indices.index) {
-            Some(&largest) => largest,
-            None => {
-                self.visit(indices)?;
-                indices.check_sparse()?;
-                let largest = indices.largest_index();
-                self.largest_index.insert(indices.index, largest);
-                largest
+        let is_sane = self.are_coordinates(&primitive.positions)?;
+        if let Some((indices, restart)) = primitive.indices.zip(primitive.restart_index()) {
+            let [largest, usual] = match self.largest_indices.get(&indices.key) {
+                Some(&largest) => largest,
+                None => {
+                    self.visit(&indices)?;
+                    indices.check_sparse()?;
+                    let largest = indices.largest_indices(restart);
+                    self.largest_indices.insert(indices.key, largest);
+                    largest
+                }
+            };
+            let restarts = largest == restart && largest as usize >= vertices;
+            let largest = if restarts { usual } else { largest };
+            if indices.count > 0 && largest as usize >= vertices {
+                let fault = ImportFault::Vertex { index: largest, count: vertices };
+                return Err(fault.at(place.pointer("/indices")));
             }
-        };
-        if indices.count > 0 && largest as usize >= vertices {
-            let fault = ImportFault::Vertex { index: largest, count: vertices };
-            return Err(fault.at(place.pointer("/indices")));
+            if restarts {
+                notes.add("primitive whose indices hold the restart value: begun anew there");
+                primitive.restart = Some(restart);
+                self.restarts.insert((place.mesh, place.primitive), restart);
+            }
+        }
+        if !is_sane {
+            notes.add_many(ASTRAY, primitive.count_astray());
         }
         Ok(())
     }
 
-    fn check_positions(&mut self, positions: &Accessor<'_>) -> Result<(), ImportError> {
-        if !self.sane_positions.insert(positions.index) {
-            return Ok(());
+    /// Reports whether all stored positions are finite and within the bounds.
+    fn are_coordinates(&mut self, positions: &Accessor<'_>) -> Result<bool, ImportError> {
+        if let Some(&known) = self.sane_positions.get(&positions.key) {
+            return Ok(known);
         }
         self.visit(positions)?;
         positions.check_sparse()?;
-        let sane = |point: [f32; 3]| point.iter().all(|c| c.abs() <= MAX_COORDINATE);
-        match positions.find_refused(sane) {
-            None => Ok(()),
-            Some(element) => {
-                let place = format!("/accessors/{}", positions.index);
-                Err(ImportFault::Coordinate(element).at(place))
-            }
-        }
+        let is_sane = positions.find_refused(is_coordinate).is_none();
+        self.sane_positions.insert(positions.key, is_sane);
+        Ok(is_sane)
     }
 
     fn check_features(
@@ -157,32 +221,27 @@ impl<'a> Checker<'a> {
         notes: &mut Notes,
     ) -> Result<(), ImportError> {
         let FeatureIds { ids, null, table } = features;
-        if !self.sane_features.insert((ids.index, *table, *null)) {
+        if !self.sane_features.insert((ids.key, *table, *null)) {
             return Ok(());
         }
         self.visit(ids)?;
         ids.check_sparse()?;
         let mut rows = None;
-        if let Some(index) = *table {
-            let table = &self.extensions.property_tables()[index];
-            self.check_table(index, table, notes)?;
-            rows = Some(table.count);
+        if let Some(table) = *table {
+            rows = Some(self.check_table(table, notes)?);
         }
         features.check(rows)
     }
 
-    fn check_table(
-        &mut self,
-        index: usize,
-        table: &'a PropertyTable,
-        notes: &mut Notes,
-    ) -> Result<(), ImportError> {
+    /// Checks a property table once; says how many rows it has.
+    fn check_table(&mut self, index: usize, notes: &mut Notes) -> Result<u64, ImportError> {
+        let Source { buffers, metadata, .. } = self.source;
+        let table = &metadata.property_tables()[index];
         if self.tables.contains_key(&index) {
-            return Ok(());
+            return Ok(table.count.0.into());
         }
         let place = format!("/extensions/{STRUCTURAL_METADATA}/propertyTables/{index}");
-        let buffers = self.buffers;
-        let names = match self.extensions.class_of(table) {
+        let names = match metadata.class_of(table) {
             None => None,
             Some(class) => {
                 let charge = |bytes| self.charge(bytes, &place);
@@ -191,7 +250,7 @@ impl<'a> Checker<'a> {
         };
         notes.add_many(UNNAMED_FEATURES, names.is_none().into());
         self.tables.insert(index, names);
-        Ok(())
+        Ok(table.count.0.into())
     }
 
     /// Charges the visit of an accessor's elements, a byte each at least. This bounds the time that
@@ -202,7 +261,7 @@ impl<'a> Checker<'a> {
 
     fn charge(&mut self, elements: u64, place: &str) -> Result<(), ImportError> {
         self.visits += elements;
-        let limit = self.buffers.total_bytes();
+        let limit = self.source.buffers.total_bytes().max(MIN_ALLOWANCE);
         if self.visits <= limit {
             return Ok(());
         }
@@ -214,18 +273,18 @@ impl<'a> Checker<'a> {
 /// Mesh cache with the content of the file.
 pub(crate) struct CachedContent<'a> {
     cache: &'a dyn MeshCache,
-    content: &'a dyn Fn() -> Vec<&'a [u8]>,
+    buffers: &'a Buffers<'a>,
     /// Worked out once a mesh is large enough.
     digest: OnceCell<u128>,
 }
 
 impl<'a> CachedContent<'a> {
-    pub(crate) fn new(cache: &'a dyn MeshCache, content: &'a dyn Fn() -> Vec<&'a [u8]>) -> Self {
-        Self { cache, content, digest: OnceCell::new() }
+    pub(crate) fn new(cache: &'a dyn MeshCache, buffers: &'a Buffers<'a>) -> Self {
+        Self { cache, buffers, digest: OnceCell::new() }
     }
 
     fn digest(&self) -> u128 {
-        *self.digest.get_or_init(|| self.cache.digest(&(self.content)()))
+        *self.digest.get_or_init(|| self.cache.digest(&self.buffers.content()))
     }
 
     fn find(&self, mesh: usize) -> Option<CachedMesh> {
@@ -239,18 +298,18 @@ impl<'a> CachedContent<'a> {
 
 /// Builds checked meshes, and names their features.
 pub(crate) struct Builder<'a> {
-    root: &'a Root,
-    buffers: &'a Buffers<'a>,
-    extensions: &'a Extensions,
+    source: &'a Source<'a>,
     namer: FeatureNamer<'a>,
+    sane_positions: HashMap<AccessorKey, bool>,
+    restarts: HashMap<(usize, usize), u32>,
     cached: Option<CachedContent<'a>>,
 }
 
 impl<'a> Builder<'a> {
     pub(crate) fn new(checker: Checker<'a>, cached: Option<CachedContent<'a>>) -> Self {
-        let Checker { root, buffers, extensions, limits, tables, .. } = checker;
+        let Checker { source, limits, tables, sane_positions, restarts, .. } = checker;
         let namer = FeatureNamer::new(tables, limits);
-        Self { root, buffers, extensions, namer, cached }
+        Self { source, namer, sane_positions, restarts, cached }
     }
 
     /// Builds a mesh, from the cache if possible.
@@ -278,11 +337,17 @@ impl<'a> Builder<'a> {
     }
 
     fn primitives(&self, mesh: usize) -> Result<Vec<Primitive<'a>>, ImportError> {
-        let of_mesh = self.root.meshes[mesh].primitives.iter().enumerate();
-        let primitives = of_mesh.map(|(index, json)| {
-            let place = PrimitivePlace { mesh, primitive: index };
-            Primitive::new(self.root, self.buffers, self.extensions, json, place).transpose()
-        });
-        primitives.flatten().collect()
+        let mut primitives = Vec::new();
+        self.source.primitives(mesh, |_, primitive, place| {
+            if let Some(mut primitive) = primitive {
+                let key = (place.mesh, place.primitive);
+                primitive.restart = self.restarts.get(&key).copied();
+                let is_sane = self.sane_positions.get(&primitive.positions.key);
+                primitive.is_astray = is_sane == Some(&false);
+                primitives.push(primitive);
+            }
+            Ok(())
+        })?;
+        Ok(primitives)
     }
 }

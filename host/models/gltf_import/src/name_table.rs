@@ -1,10 +1,10 @@
 //! Property table strings: a column of feature names (EXT_structural_metadata).
 
 use crate::buffers::Buffers;
+use crate::document::pointer_step;
 use crate::error::{ImportError, ImportFault};
 use crate::extensions::{Class, Column, PropertyTable};
-use crate::primitives::as_index;
-use crate::scan::pointer_step;
+use crate::scalars::Whole;
 
 /// Columns that are taken for names if a table has them, the best first;
 /// without any, its first column of strings is.
@@ -30,7 +30,7 @@ impl<'a> NameTable<'a> {
     pub(crate) fn read(
         table: &PropertyTable,
         class: &Class,
-        buffers: &Buffers<'a>,
+        buffers: &'a Buffers<'_>,
         place: &str,
         charge: impl FnOnce(u64) -> Result<(), ImportError>,
     ) -> Result<Option<Self>, ImportError> {
@@ -41,14 +41,14 @@ impl<'a> NameTable<'a> {
             return Ok(None);
         };
         let here = |field: &str| format!("{place}/properties/{}{field}", pointer_step(name));
-        let view = |index: u64, field: &str| buffers.view(as_index(index), || here(field));
+        let view = |index: Whole, field: &str| buffers.view(index.index(), || here(field));
         let values = view(column.values, "/values")?.bytes;
         let Some(offsets) = column.string_offsets else {
             let fault = ImportFault::Invalid("a column of strings without stringOffsets".into());
             return Err(fault.at(here("")));
         };
         let bytes = view(offsets, "/stringOffsets")?.bytes;
-        let offsets = Offsets::new(bytes, offset_width(column, &here)?, table.count)
+        let offsets = Offsets::new(bytes, offset_width(column, &here)?, table.count.0.into())
             .map_err(|fault| fault.at(here("/stringOffsets")))?;
         charge((offsets.bytes.len() + values.len()) as u64)?;
         let names = Self::new(values, offsets).map_err(|fault| fault.at(here("")))?;

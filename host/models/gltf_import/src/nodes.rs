@@ -1,141 +1,270 @@
-//! Node hierarchy: strict trees, flattened with parents before children.
+//! Node hierarchy of the scene that is shown, flattened with parents before children.
+
+use std::collections::HashMap;
 
 use busbar_scene::ModelNode;
 use glam::{Mat4, Quat, Vec3};
-use gltf::json::{Node, Root, scene};
 
 use crate::ImportLimits;
-use crate::error::{ImportError, ImportFault, item};
-use crate::limits::MAX_COORDINATE;
+use crate::bounded::List;
+use crate::buffers::Buffers;
+use crate::document::Document;
+use crate::error::{ImportError, ImportFault};
+use crate::instances;
+use crate::limits::{MAX_CHILDREN, MAX_COORDINATE};
 use crate::names::{UniqueNames, clean_name};
 use crate::report::Notes;
+use crate::scalars::Whole;
+use crate::schema::{Mesh, Node, NodeChildren, Scene};
 
 const NONE: u32 = u32::MAX;
 
 /// Builds the nodes to show. Their meshes are indices into the *file's* meshes.
 pub(crate) fn build(
-    root: &Root,
+    buffers: &Buffers<'_>,
     limits: &ImportLimits,
     notes: &mut Notes,
 ) -> Result<Vec<ModelNode>, ImportError> {
-    let parents = parents(root)?;
-    refuse_cycles(root, &parents)?;
-    let starts = starts(root, &parents)?;
-    let nodes = flatten(root, &starts, limits)?;
-    notes.add_many("node skipped: it is not in the scene shown", root.nodes.len() - nodes.len());
-    Ok(nodes)
+    let document = buffers.document();
+    let mut tree = Tree { document, parents: vec![NONE; document.nodes.len()], notes };
+    let starts = tree.starts()?;
+    let reached = tree.attach(&starts, limits)?;
+    let shown = tree.flatten(&starts, buffers, limits)?;
+    let skipped = document.nodes.len() - reached;
+    notes.add_many("node skipped: it is not in the scene shown", skipped);
+    Ok(shown)
 }
 
-/// Returns each node's parent, or [`NONE`].
-fn parents(root: &Root) -> Result<Vec<u32>, ImportError> {
-    let mut parents = vec![NONE; root.nodes.len()];
-    for (index, node) in root.nodes.iter().enumerate() {
-        for (position, child) in children(node).iter().enumerate() {
-            let place = || format!("/nodes/{index}/children/{position}");
-            item(&root.nodes, child.value(), "node", place)?;
-            let parent = &mut parents[child.value()];
-            if *parent != NONE {
-                let (first, second) = (*parent as usize, index);
-                let fault = ImportFault::TwoParents { node: child.value(), first, second };
-                return Err(fault.at(place()));
-            }
-            *parent = index as u32;
-        }
-    }
-    Ok(parents)
+/// Parents of the nodes that are shown. A node that several nodes name hangs under the last of
+/// them, and a root of the scene under none, as in other viewers.
+struct Tree<'a, 'n> {
+    document: &'a Document<'a>,
+    /// Parent of each node, [`NONE`], or [`ROOT`] for a root of the scene.
+    parents: Vec<u32>,
+    notes: &'n mut Notes,
 }
 
-/// Refuses cycles: with at most one parent a node, nodes that no root reaches form a circle.
-fn refuse_cycles(root: &Root, parents: &[u32]) -> Result<(), ImportError> {
-    let mut reached: Vec<bool> = parents.iter().map(|&p| p == NONE).collect();
-    let mut queue: Vec<usize> = (0..parents.len()).filter(|&n| reached[n]).collect();
-    while let Some(node) = queue.pop() {
-        for child in children(&root.nodes[node]) {
-            reached[child.value()] = true;
-            queue.push(child.value());
-        }
-    }
-    match reached.iter().position(|&r| !r) {
-        None => Ok(()),
-        Some(node) => Err(ImportFault::Cycle(node).at(format!("/nodes/{node}/children"))),
-    }
-}
+const ROOT: u32 = u32::MAX - 1;
 
-/// Returns the nodes that the default scene shows. Without one, those of all scenes; without
-/// scenes, all that have no parent.
-fn starts(root: &Root, parents: &[u32]) -> Result<Vec<usize>, ImportError> {
-    let scenes: Vec<usize> = match root.scene {
-        Some(scene) => {
-            item(&root.scenes, scene.value(), "scene", || "/scene".into())?;
-            vec![scene.value()]
-        }
-        None => (0..root.scenes.len()).collect(),
-    };
-    if scenes.is_empty() {
-        return Ok((0..parents.len()).filter(|&n| parents[n] == NONE).collect());
-    }
-    let mut listed = vec![false; parents.len()];
-    let mut starts = Vec::new();
-    for scene in scenes {
-        for (position, node) in root.scenes[scene].nodes.iter().enumerate() {
-            let place = || format!("/scenes/{scene}/nodes/{position}");
-            let node = node.value();
-            item(&root.nodes, node, "node", place)?;
-            if parents[node] != NONE {
-                let what = format!("node {node} is a child of node {}, no root", parents[node]);
-                return Err(ImportFault::Invalid(what).at(place()));
+impl Tree<'_, '_> {
+    /// Returns the roots of the default scene. Without one, those of all scenes; without
+    /// scenes, all nodes that have no parent.
+    fn starts(&mut self) -> Result<Vec<usize>, ImportError> {
+        let document = self.document;
+        let count = document.scenes.len();
+        let scenes = match document.scene {
+            Some(scene) if scene.index() < count => scene.index()..scene.index() + 1,
+            Some(_) if count > 0 => {
+                self.notes.add("default scene that does not exist: the first one is shown");
+                0..1
             }
-            if !std::mem::replace(&mut listed[node], true) {
-                starts.push(node);
-            }
-        }
-    }
-    Ok(starts)
-}
-
-/// Flattens the trees depth first, in the order of the file's lists.
-fn flatten(
-    root: &Root,
-    starts: &[usize],
-    limits: &ImportLimits,
-) -> Result<Vec<ModelNode>, ImportError> {
-    struct Pending {
-        node: usize,
-        parent: Option<u32>,
-        model_from_parent: Mat4,
-        level: u32,
-    }
-    let mut names = UniqueNames::default();
-    let mut nodes = Vec::new();
-    let pend =
-        |node, parent, model_from_parent, level| Pending { node, parent, model_from_parent, level };
-    let mut stack: Vec<Pending> =
-        starts.iter().rev().map(|&node| pend(node, None, Mat4::IDENTITY, 1)).collect();
-    while let Some(Pending { node: index, parent, model_from_parent, level }) = stack.pop() {
-        let node = &root.nodes[index];
-        if level > limits.max_depth {
-            let (count, limit) = (level.into(), limits.max_depth.into());
-            let fault = ImportFault::TooMany { what: "levels of nodes", count, limit };
-            return Err(fault.at(format!("/nodes/{index}")));
-        }
-        let parent_from_node = matrix(node);
-        let model_from_node = model_from_parent * parent_from_node;
-        refuse_far(&parent_from_node, &model_from_node)
-            .map_err(|fault| fault.at(format!("/nodes/{index}")))?;
-        let mesh = match node.mesh {
-            None => None,
-            Some(mesh) => {
-                item(&root.meshes, mesh.value(), "mesh", || format!("/nodes/{index}/mesh"))?;
-                Some(mesh.value() as u32)
-            }
+            _ => 0..count,
         };
-        let here = nodes.len() as u32;
-        let name = names.unique(name_of(root, index));
-        nodes.push(ModelNode { name, parent, parent_from_node, mesh });
-        let below = children(node).iter().rev();
-        stack.extend(below.map(|c| pend(c.value(), Some(here), model_from_node, level + 1)));
+        if scenes.is_empty() {
+            return self.parentless();
+        }
+        let mut starts = Vec::new();
+        for scene in scenes {
+            let place = || "/scene".to_owned();
+            let scene_nodes: Scene = document.scenes.parse(scene, place)?;
+            for (position, node) in scene_nodes.nodes.unwrap_or_default().0.iter().enumerate() {
+                let place = || format!("/scenes/{scene}/nodes/{position}");
+                document.nodes.require(node.index(), place)?;
+                let parent = &mut self.parents[node.index()];
+                if *parent != ROOT {
+                    *parent = ROOT;
+                    starts.push(node.index());
+                }
+            }
+        }
+        Ok(starts)
     }
-    Ok(nodes)
+
+    /// Returns all nodes that no node names as a child.
+    fn parentless(&mut self) -> Result<Vec<usize>, ImportError> {
+        let count = self.document.nodes.len();
+        let mut is_child = vec![false; count];
+        for node in 0..count {
+            for child in self.children(node)? {
+                is_child[child.index()] = true;
+            }
+        }
+        let starts: Vec<usize> = (0..count).filter(|&node| !is_child[node]).collect();
+        for &start in &starts {
+            self.parents[start] = ROOT;
+        }
+        Ok(starts)
+    }
+
+    /// Gives each node that is shown its parent, and counts them. A node that leads back to itself
+    /// is refused.
+    fn attach(&mut self, starts: &[usize], limits: &ImportLimits) -> Result<usize, ImportError> {
+        let mut reached = vec![false; self.parents.len()];
+        let mut stack: Vec<usize> = starts.iter().rev().copied().collect();
+        let mut order = Vec::new();
+        for &start in starts {
+            reached[start] = true;
+        }
+        // Depth first, in the order of the file's lists, so that the last parent is the last one
+        // that a reader meets.
+        while let Some(node) = stack.pop() {
+            order.push(node);
+            let children = self.children(node)?;
+            for child in &children {
+                let child = child.index();
+                let before = std::mem::replace(&mut self.parents[child], node as u32);
+                if before == ROOT {
+                    self.parents[child] = ROOT;
+                    self.refuse_own_ancestor(child, node, limits)?;
+                    self.notes.add("root of the scene that is also a child: shown as a root");
+                } else if before == node as u32 {
+                    self.notes.add("child named twice: shown once");
+                } else if before != NONE {
+                    self.notes.add("node with several parents: shown under the last one");
+                }
+            }
+            for child in children.iter().rev().map(|child| child.index()) {
+                if !std::mem::replace(&mut reached[child], true) {
+                    stack.push(child);
+                }
+            }
+        }
+        self.refuse_cycles(&order, limits)?;
+        Ok(order.len())
+    }
+
+    /// Refuses a root that is named by a node below it.
+    fn refuse_own_ancestor(
+        &self,
+        root: usize,
+        node: usize,
+        limits: &ImportLimits,
+    ) -> Result<(), ImportError> {
+        let mut ancestor = node;
+        for _ in 0..=limits.max_depth {
+            if ancestor == root {
+                return Err(ImportFault::Cycle(root).at(format!("/nodes/{root}/children")));
+            }
+            match self.parents.get(self.parents[ancestor] as usize) {
+                Some(_) => ancestor = self.parents[ancestor] as usize,
+                None => break,
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses cycles and too many levels: from each node, its parents lead to a root.
+    fn refuse_cycles(&self, order: &[usize], limits: &ImportLimits) -> Result<(), ImportError> {
+        // Levels of nodes below a root; 0 where not yet known.
+        let mut levels = vec![0_u32; self.parents.len()];
+        let mut path = Vec::new();
+        for &start in order {
+            let mut node = start;
+            path.clear();
+            while levels[node] == 0 && self.parents[node] != ROOT {
+                path.push(node);
+                if path.len() > self.parents.len() {
+                    return Err(ImportFault::Cycle(start).at(format!("/nodes/{start}/children")));
+                }
+                node = self.parents[node] as usize;
+            }
+            // The node that was known already is looked at once more; no other is.
+            path.push(node);
+            let mut level = levels[node].saturating_sub(1);
+            while let Some(node) = path.pop() {
+                level += 1;
+                levels[node] = level;
+                if level > limits.max_depth {
+                    let (count, limit) = (level.into(), limits.max_depth.into());
+                    let fault = ImportFault::TooMany { what: "levels of nodes", count, limit };
+                    return Err(fault.at(format!("/nodes/{node}")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn children(&self, node: usize) -> Result<Vec<Whole>, ImportError> {
+        let element: NodeChildren = self.document.nodes.parse(node, || format!("/nodes/{node}"))?;
+        let children = element.children.unwrap_or_default().0;
+        for (position, child) in children.iter().enumerate() {
+            let place = || format!("/nodes/{node}/children/{position}");
+            self.document.nodes.require(child.index(), place)?;
+        }
+        Ok(children)
+    }
+
+    /// Flattens the trees depth first, in the order of the file's lists.
+    fn flatten(
+        &mut self,
+        starts: &[usize],
+        buffers: &Buffers<'_>,
+        limits: &ImportLimits,
+    ) -> Result<Vec<ModelNode>, ImportError> {
+        struct Pending {
+            node: usize,
+            parent: Option<u32>,
+            model_from_parent: Mat4,
+        }
+        let document = self.document;
+        let mut names =
+            NodeNames { document, unique: UniqueNames::default(), meshes: HashMap::new() };
+        let mut shown: Vec<ModelNode> = Vec::new();
+        let pend = |node, parent, model_from_parent| Pending { node, parent, model_from_parent };
+        let mut stack: Vec<Pending> =
+            starts.iter().rev().map(|&node| pend(node, None, Mat4::IDENTITY)).collect();
+        while let Some(Pending { node: index, parent, model_from_parent }) = stack.pop() {
+            let place = || format!("/nodes/{index}");
+            let node: Node<'_> = document.nodes.parse(index, place)?;
+            let parent_from_node = matrix(&node);
+            let model_from_node = model_from_parent * parent_from_node;
+            refuse_far(&parent_from_node, &model_from_node).map_err(|fault| fault.at(place()))?;
+            if let Some(mesh) = node.mesh {
+                document.meshes.require(mesh.index(), || place() + "/mesh")?;
+            }
+            let here = shown.len() as u32;
+            let (name, mesh) = (names.name_of(&node, index), node.mesh.map(|mesh| mesh.0));
+            let extensions = node.extensions.as_ref();
+            let instancing = extensions.and_then(|extensions| extensions.instancing.as_ref());
+            let instances = match instancing.filter(|_| mesh.is_some()) {
+                None => None,
+                Some(instancing) => Some(instances::read(instancing, buffers, &place())?),
+            };
+            let own_mesh = if instances.is_some() { None } else { mesh };
+            let added = 1 + instances.as_ref().map_or(0, Vec::len);
+            let (count, limit) = ((shown.len() + added) as u64, limits.max_nodes.into());
+            if count > limit {
+                return Err(ImportFault::TooMany { what: "nodes", count, limit }.at(place()));
+            }
+            let part = |name, parent, matrix, mesh| ModelNode {
+                name,
+                parent,
+                parent_from_node: matrix,
+                mesh,
+            };
+            shown.push(part(name.clone(), parent, parent_from_node, own_mesh));
+            for (instance, matrix) in instances.into_iter().flatten().enumerate() {
+                match refuse_far(&matrix, &(model_from_node * matrix)) {
+                    Ok(()) => {
+                        let name = names.unique.unique(format!("{name}[{instance}]"));
+                        shown.push(part(name, Some(here), matrix, mesh));
+                    }
+                    Err(_) => self.notes.add("instance left out: its place is no coordinate"),
+                }
+            }
+            let List(children): List<Whole, MAX_CHILDREN> = node.children.unwrap_or_default();
+            let first = stack.len();
+            for child in children.iter().map(|child| child.index()) {
+                // Only under its own parent, and once there.
+                if self.parents[child] == index as u32 {
+                    self.parents[child] = NONE;
+                    stack.push(pend(child, Some(here), model_from_node));
+                }
+            }
+            stack[first..].reverse();
+        }
+        Ok(shown)
+    }
 }
 
 /// Nodes keep to the bound that positions keep to; so do the factors of the
@@ -154,29 +283,51 @@ fn refuse_far(parent_from_node: &Mat4, model_from_node: &Mat4) -> Result<(), Imp
     Err(ImportFault::Invalid(what))
 }
 
-fn children(node: &Node) -> &[gltf::json::Index<scene::Node>] {
-    node.children.as_deref().unwrap_or_default()
-}
-
-fn matrix(node: &Node) -> Mat4 {
+fn matrix(node: &Node<'_>) -> Mat4 {
     if let Some(matrix) = &node.matrix {
-        return Mat4::from_cols_array(matrix);
+        return Mat4::from_cols_array(&matrix.0);
     }
-    let translation = Vec3::from_array(node.translation.unwrap_or([0.0; 3]));
-    let scale = Vec3::from_array(node.scale.unwrap_or([1.0; 3]));
-    let rotation = Quat::from_array(node.rotation.unwrap_or_default().0);
-    // Exporters write all-zero quaternions for "no rotation".
-    let length_squared = rotation.length_squared();
-    let rotation = if length_squared == 0.0 { Quat::IDENTITY } else { rotation.normalize() };
-    Mat4::from_scale_rotation_translation(scale, rotation, translation)
+    let vector = |values: Option<crate::scalars::Reals<3>>, default: f32| {
+        values.map_or(Vec3::splat(default), |values| Vec3::from_array(values.0))
+    };
+    let rotation = node.rotation.map_or(Quat::IDENTITY, |values| Quat::from_array(values.0));
+    Mat4::from_scale_rotation_translation(
+        vector(node.scale, 1.0),
+        unit_rotation(rotation),
+        vector(node.translation, 0.0),
+    )
 }
 
-/// Returns the node's own name, or its mesh's, or its number.
-fn name_of(root: &Root, index: usize) -> String {
-    let node = &root.nodes[index];
-    let mesh_name = || root.meshes.get(node.mesh?.value())?.name.as_deref();
-    let given = |name: Option<&str>| name.map(clean_name).filter(|n| !n.is_empty());
-    given(node.name.as_deref())
-        .or_else(|| given(mesh_name()))
-        .unwrap_or_else(|| format!("node {index}"))
+/// Normalizes a rotation. Exporters write all-zero quaternions for "no rotation".
+pub(crate) fn unit_rotation(rotation: Quat) -> Quat {
+    if rotation.length_squared() == 0.0 { Quat::IDENTITY } else { rotation.normalize() }
+}
+
+/// Names of nodes, unique within the model.
+struct NodeNames<'a> {
+    document: &'a Document<'a>,
+    unique: UniqueNames,
+    /// Names of the meshes that gave theirs to nodes.
+    meshes: HashMap<u32, String>,
+}
+
+impl NodeNames<'_> {
+    /// Returns the node's own name, or its mesh's, or its number.
+    fn name_of(&mut self, node: &Node<'_>, index: usize) -> String {
+        let own = node.name.as_deref().map(clean_name).filter(|name| !name.is_empty());
+        let name =
+            own.or_else(|| self.mesh_name(node.mesh?)).unwrap_or_else(|| format!("node {index}"));
+        self.unique.unique(name)
+    }
+
+    fn mesh_name(&mut self, mesh: Whole) -> Option<String> {
+        let document = self.document;
+        let name = self.meshes.entry(mesh.0).or_insert_with(|| {
+            let parsed = document.meshes.parse(mesh.index(), String::new);
+            let name =
+                parsed.ok().and_then(|mesh: Mesh<'_>| Some(clean_name(mesh.name.as_deref()?)));
+            name.unwrap_or_default()
+        });
+        Some(name.clone()).filter(|name| !name.is_empty())
+    }
 }

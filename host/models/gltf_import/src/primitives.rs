@@ -3,31 +3,52 @@
 use std::collections::HashMap;
 
 use busbar_geometry::RawPrimitive;
-use glam::{Vec2, Vec3};
-use gltf::Semantic;
-use gltf::json::accessor::{ComponentType, Type};
-use gltf::json::mesh::Mode;
-use gltf::json::validation::Checked;
-use gltf::json::{self, Root};
+use glam::{Affine2, Vec2, Vec3};
 
-use crate::accessor::Accessor;
+use crate::accessor::{Accessor, AccessorKey};
 use crate::buffers::Buffers;
+use crate::draco::{DracoAttribute, DracoMesh};
 use crate::error::{ImportError, ImportFault, item};
-use crate::extensions::{Extensions, MESH_FEATURES, PrimitiveFeatures};
+use crate::extensions::{MESH_FEATURES, PrimitiveFeatures, StructuralMetadata};
 use crate::features::FeatureIds;
+use crate::limits::MAX_COORDINATE;
+use crate::meshes::Source;
 use crate::report::Notes;
+use crate::schema::{self, ComponentType, Shape};
 
 use ComponentType::{F32, I8, I16, U8, U16, U32};
+
+/// Mode of a primitive (glTF 2.0, section 3.7.2.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mode {
+    Triangles,
+    TriangleStrip,
+    TriangleFan,
+}
+
+/// Texture coordinates that a material shows: a set, and KHR_texture_transform.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct UvMapping {
+    pub(crate) set: u32,
+    pub(crate) transform: Option<Affine2>,
+}
 
 /// A primitive whose accessors all have their bytes.
 pub(crate) struct Primitive<'a> {
     pub(crate) positions: Accessor<'a>,
     pub(crate) normals: Option<Accessor<'a>>,
     pub(crate) uvs: Option<Accessor<'a>>,
+    uv_transform: Option<Affine2>,
     pub(crate) features: Option<FeatureIds<'a>>,
     pub(crate) indices: Option<Accessor<'a>>,
     material: Option<u32>,
     mode: Mode,
+    /// Index at which a strip or fan begins anew, if there is any.
+    pub(crate) restart: Option<u32>,
+    /// Some positions are no coordinates.
+    pub(crate) is_astray: bool,
+    /// Attributes that have too few elements to be used.
+    short_attributes: usize,
 }
 
 /// Position of a primitive in the file.
@@ -46,82 +67,129 @@ impl PrimitivePlace {
 impl<'a> Primitive<'a> {
     /// Describes a primitive; `None` for points and lines, which have no triangles.
     pub(crate) fn new(
-        root: &'a Root,
-        buffers: &Buffers<'a>,
-        extensions: &Extensions,
-        primitive: &json::mesh::Primitive,
+        source: &'a Source<'a>,
+        primitive: &schema::Primitive<'_>,
+        mapping: UvMapping,
         place: PrimitivePlace,
     ) -> Result<Option<Self>, ImportError> {
-        let Checked::Valid(mode) = primitive.mode else {
-            return Err(ImportFault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
-        };
-        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
-            return Ok(None);
-        }
-        let material = match primitive.material {
-            None => None,
-            Some(material) => {
-                let place = || place.pointer("/material");
-                item(&root.materials, material.value(), "material", place)?;
-                Some(material.value() as u32)
+        let mode = match primitive.mode.map_or(4, |mode| mode.0) {
+            0..=3 => return Ok(None),
+            4 => Mode::Triangles,
+            5 => Mode::TriangleStrip,
+            6 => Mode::TriangleFan,
+            _ => {
+                return Err(ImportFault::Invalid("unknown mode".into()).at(place.pointer("/mode")));
             }
         };
+        let Source { buffers, metadata, .. } = source;
+        let document = buffers.document();
+        if let Some(material) = primitive.material {
+            document.materials.require(material.index(), || place.pointer("/material"))?;
+        }
+        let draco = DracoSource::new(source, primitive, place)?;
         let accessor = |index: usize, field: &str, rule: AccessorRule| {
-            let accessor = Accessor::new(root, buffers, index, || place.pointer(field))?;
+            let accessor = Accessor::new(buffers, index, || place.pointer(field))?;
             rule.check(&accessor, || place.pointer(field))?;
             Ok(accessor)
         };
-        let attribute = |semantic: Semantic, name: &str, rule: AccessorRule| {
-            let index = primitive.attributes.get(&Checked::Valid(semantic));
+        let attribute = |name: &str, rule: AccessorRule| {
             let field = format!("/attributes/{name}");
-            index.map(|index| accessor(index.value(), &field, rule)).transpose()
+            let Some(index) = primitive.attribute(name) else { return Ok(None) };
+            if let Some(draco) = &draco
+                && let Some(accessor) = draco.attribute(name, index.index(), place)?
+            {
+                rule.check(&accessor, || place.pointer(&field))?;
+                return Ok(Some(accessor));
+            }
+            accessor(index.index(), &field, rule).map(Some)
         };
-        let Some(positions) = attribute(Semantic::Positions, "POSITION", POSITION)? else {
+        let Some(positions) = attribute("POSITION", POSITION)? else {
             return Ok(None);
         };
-        let normals = attribute(Semantic::Normals, "NORMAL", NORMAL)?;
-        let uvs = attribute(Semantic::TexCoords(0), "TEXCOORD_0", UV)?;
-        let features = extensions
-            .features(place.mesh, place.primitive)
-            .map(|found| feature_ids(root, buffers, extensions, &found, place))
+        let normals = attribute("NORMAL", NORMAL)?;
+        let uvs = attribute(&format!("TEXCOORD_{}", mapping.set), UV)?;
+        let features = primitive
+            .features()
+            .map(|found| feature_ids(buffers, metadata, (&found, draco.as_ref()), place))
             .transpose()?;
-        let indices = primitive
-            .indices
-            .map(|index| accessor(index.value(), "/indices", INDEX))
-            .transpose()?;
-        let ids = features.as_ref().map(|features| &features.ids);
-        for other in [normals.as_ref(), uvs.as_ref(), ids].into_iter().flatten() {
-            if other.count != positions.count {
-                let what =
-                    format!("attributes of {} and {} vertices", positions.count, other.count);
-                return Err(ImportFault::Invalid(what).at(place.pointer("/attributes")));
+        let (indices, mode) = match &draco {
+            Some(draco) => (Some(draco.corners()), Mode::Triangles),
+            None => {
+                let indices = primitive.indices;
+                let named = indices.map(|index| accessor(index.index(), "/indices", INDEX));
+                (named.transpose()?, mode)
             }
+        };
+        if let Some(features) = &features
+            && features.ids.count != positions.count
+        {
+            let (vertices, ids) = (positions.count, features.ids.count);
+            let what = format!("attributes of {vertices} and {ids} vertices");
+            return Err(ImportFault::Invalid(what).at(place.pointer("/attributes")));
         }
-        Ok(Some(Self { positions, normals, uvs, features, indices, material, mode }))
+        let mut short_attributes = 0;
+        let mut whole = |accessor: Option<Accessor<'a>>| {
+            let is_short = accessor.is_some_and(|accessor| accessor.count < positions.count);
+            short_attributes += usize::from(is_short);
+            accessor.filter(|_| !is_short)
+        };
+        Ok(Some(Self {
+            positions,
+            normals: whole(normals),
+            uvs: whole(uvs),
+            uv_transform: mapping.transform,
+            features,
+            indices,
+            material: primitive.material.map(|material| material.0),
+            mode,
+            restart: None,
+            is_astray: false,
+            short_attributes,
+        }))
     }
 
-    /// Returns how many triangles the primitive makes.
+    /// Returns how many triangles the primitive makes at most.
     pub(crate) fn triangle_count(&self) -> usize {
-        let corners = self.corner_count();
-        match self.mode {
-            Mode::TriangleStrip | Mode::TriangleFan => corners.saturating_sub(2),
-            _ => corners / 3,
-        }
+        self.mode.triangle_count(self.corner_count())
     }
 
     /// Adds remarks on skipped attributes.
-    pub(crate) fn note(&self, primitive: &json::mesh::Primitive, notes: &mut Notes) {
-        let has = |semantic| primitive.attributes.contains_key(&Checked::Valid(semantic));
-        notes.add_many("set of vertex colours ignored", has(Semantic::Colors(0)).into());
+    pub(crate) fn note(&self, primitive: &schema::Primitive<'_>, notes: &mut Notes) {
+        let colored = primitive.attribute("COLOR_0").is_some();
+        notes.add_many("set of vertex colours ignored", colored.into());
         notes.add_many("set of morph targets ignored", primitive.targets.is_some().into());
         let odd = self.mode == Mode::Triangles && !self.corner_count().is_multiple_of(3);
         notes.add_many("primitive with corners left over after its last triangle", odd.into());
+        notes.add_many("attribute with too few elements ignored", self.short_attributes);
+    }
+
+    /// Returns the index by which strips begin anew: the largest of its type (WebGL 2.0, section
+    /// 5.18), which glTF forbids and exporters write.
+    pub(crate) fn restart_index(&self) -> Option<u32> {
+        match self.indices.as_ref()?.component_type {
+            U8 => Some(u8::MAX.into()),
+            U16 => Some(u16::MAX.into()),
+            _ => Some(u32::MAX),
+        }
+    }
+
+    /// Counts triangles that name a vertex whose position is no coordinate.
+    pub(crate) fn count_astray(&self) -> usize {
+        let astray = |corners: &[u32; 3]| !corners.iter().all(|&corner| self.is_placed(corner));
+        self.triangles().iter().filter(|corners| astray(corners)).count()
+    }
+
+    fn is_placed(&self, vertex: u32) -> bool {
+        is_coordinate(self.positions.floats_at(vertex as usize))
     }
 
     /// Reads it. Of more vertices than corners only the named ones are read:
     /// exporters share one vertex array between many primitives.
     pub(crate) fn read(&self) -> RawPrimitive {
         let mut triangles = self.triangles();
+        if self.is_astray {
+            triangles.retain(|corners| corners.iter().all(|&corner| self.is_placed(corner)));
+        }
         let corners = triangles.len() * 3;
         if self.positions.count <= corners {
             return self.read_vertices(0..self.positions.count, triangles);
@@ -145,7 +213,13 @@ impl<'a> Primitive<'a> {
         let normals = self.normals.map(|normals| {
             normals.floats(vertices.clone(), |normal| unit_normal(Vec3::from_array(normal)))
         });
-        let uvs = self.uvs.map(|uvs| uvs.floats(vertices.clone(), Vec2::from_array));
+        let uvs = self.uvs.map(|uvs| match self.uv_transform {
+            None => uvs.floats(vertices.clone(), Vec2::from_array),
+            Some(transform) => {
+                let transformed = |uv| transform.transform_point2(Vec2::from_array(uv));
+                uvs.floats(vertices.clone(), transformed)
+            }
+        });
         let features =
             self.features.map(|features| vertices.clone().map(|v| features.at(v)).collect());
         RawPrimitive {
@@ -164,25 +238,118 @@ impl<'a> Primitive<'a> {
 
     /// Returns the corners as vertex indices (glTF 2.0, section 3.7.2.1).
     fn triangles(&self) -> Vec<[u32; 3]> {
-        let corners = |i: usize| match self.mode {
-            Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
-            Mode::TriangleFan => [i + 1, i + 2, 0],
-            _ => [3 * i, 3 * i + 1, 3 * i + 2],
-        };
-        let places = (0..self.triangle_count()).map(corners);
-        match &self.indices {
-            Some(indices) => indices.triangles(places),
-            None => places.map(|corners| corners.map(|place| place as u32)).collect(),
+        let places = (0..self.triangle_count()).map(|i| self.mode.corners(i));
+        match (&self.indices, self.restart) {
+            (Some(indices), None) => indices.triangles(places),
+            (Some(indices), Some(restart)) => {
+                let corners: Vec<u32> = (0..indices.count).map(|i| indices.index_at(i)).collect();
+                let runs = corners.split(|&corner| corner == restart);
+                let of_run = |run: &[u32]| {
+                    let count = self.mode.triangle_count(run.len());
+                    let triangle = |i| self.mode.corners(i).map(|place| run[place]);
+                    (0..count).map(triangle).collect::<Vec<_>>()
+                };
+                runs.flat_map(of_run).collect()
+            }
+            (None, _) => places.map(|corners| corners.map(|place| place as u32)).collect(),
         }
+    }
+}
+
+impl Mode {
+    fn triangle_count(self, corners: usize) -> usize {
+        match self {
+            Self::TriangleStrip | Self::TriangleFan => corners.saturating_sub(2),
+            Self::Triangles => corners / 3,
+        }
+    }
+
+    /// Returns the places of a triangle's corners.
+    fn corners(self, i: usize) -> [usize; 3] {
+        match self {
+            Self::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
+            Self::TriangleFan => [i + 1, i + 2, 0],
+            Self::Triangles => [3 * i, 3 * i + 1, 3 * i + 2],
+        }
+    }
+}
+
+/// Reports whether a position is finite and within the bounds of coordinates.
+pub(crate) fn is_coordinate(point: [f32; 3]) -> bool {
+    point.iter().all(|c| c.abs() <= MAX_COORDINATE)
+}
+
+/// The compressed mesh of a primitive (KHR_draco_mesh_compression).
+struct DracoSource<'a> {
+    buffers: &'a Buffers<'a>,
+    mesh: &'a DracoMesh,
+    view: usize,
+    /// Unique ids by the name of the attribute.
+    ids: Vec<(String, u32)>,
+}
+
+impl<'a> DracoSource<'a> {
+    /// Decompresses the mesh of a primitive. One whose positions are there without compression is
+    /// read so: they are the substitute for viewers without Draco.
+    fn new(
+        source: &'a Source<'a>,
+        primitive: &schema::Primitive<'_>,
+        place: PrimitivePlace,
+    ) -> Result<Option<Self>, ImportError> {
+        let extensions = primitive.extensions.as_ref();
+        let Some(compressed) = extensions.and_then(|extensions| extensions.draco.as_ref()) else {
+            return Ok(None);
+        };
+        let Some(positions) = primitive.attribute("POSITION") else { return Ok(None) };
+        let named_by = || place.pointer("/attributes/POSITION");
+        let buffers = source.buffers;
+        let positions: schema::Accessor<'_> =
+            buffers.document().accessors.parse(positions.index(), named_by)?;
+        if positions.buffer_view.is_some() {
+            return Ok(None);
+        }
+        let here = || place.pointer("/extensions/KHR_draco_mesh_compression");
+        let view = compressed.buffer_view.index();
+        let mesh = buffers.draco(view, source.max_triangles, here)?;
+        let ids = compressed.attributes.0.iter().map(|(name, id)| (name.clone(), id.0)).collect();
+        Ok(Some(Self { buffers, mesh, view, ids }))
+    }
+
+    /// Returns an attribute; `None` where it is not compressed.
+    fn attribute(
+        &self,
+        name: &str,
+        index: usize,
+        place: PrimitivePlace,
+    ) -> Result<Option<Accessor<'a>>, ImportError> {
+        let Some(&(_, id)) = self.ids.iter().find(|(known, _)| known == name) else {
+            return Ok(None);
+        };
+        let field = format!("/extensions/KHR_draco_mesh_compression/attributes/{name}");
+        let invalid = |what: String| ImportFault::Invalid(what).at(place.pointer(&field));
+        let Some((slot, attribute)) = self.mesh.attribute(id) else {
+            return Err(invalid(format!("the compressed mesh has no attribute {id}")));
+        };
+        let named_by = || place.pointer(&format!("/attributes/{name}"));
+        let json: schema::Accessor<'_> =
+            self.buffers.document().accessors.parse(index, named_by)?;
+        let key = AccessorKey::Draco { view: self.view, attribute: Some(slot) };
+        let DracoAttribute { component_type, components, values, .. } = attribute;
+        let packed = Accessor::packed((index, &json), key, *component_type, *components, values);
+        let shape = || invalid("the compressed attribute has another shape".into());
+        packed.ok_or_else(shape).map(Some)
+    }
+
+    fn corners(&self) -> Accessor<'a> {
+        Accessor::corners(self.view, &self.mesh.corners)
     }
 }
 
 /// Reads the set of feature ids that a primitive names.
 fn feature_ids<'a>(
-    root: &'a Root,
-    buffers: &Buffers<'a>,
-    extensions: &Extensions,
-    found: &PrimitiveFeatures<'_>,
+    buffers: &'a Buffers<'_>,
+    metadata: &StructuralMetadata,
+    (found, draco): (&PrimitiveFeatures, Option<&DracoSource<'a>>),
     place: PrimitivePlace,
 ) -> Result<FeatureIds<'a>, ImportError> {
     let here = |field: &str| {
@@ -194,48 +361,51 @@ fn feature_ids<'a>(
         return Err(ImportFault::Invalid(what).at(here("/attribute")));
     };
     let named_by = || place.pointer(&format!("/attributes/{}", found.attribute));
-    let ids = Accessor::new(root, buffers, as_index(accessor), named_by)?;
+    let packed = match draco {
+        Some(draco) => draco.attribute(&found.attribute, accessor.index(), place)?,
+        None => None,
+    };
+    let ids = match packed {
+        Some(ids) => ids,
+        None => Accessor::new(buffers, accessor.index(), named_by)?,
+    };
     FEATURE_ID.check(&ids, named_by)?;
     if ids.normalized {
         return Err(ImportFault::Invalid("feature ids cannot be normalised".into()).at(named_by()));
     }
-    let table = found.set.property_table.map(as_index);
+    let table = found.set.property_table.map(|table| table.index());
     if let Some(table) = table {
-        let tables = extensions.property_tables();
+        let tables = metadata.property_tables();
         item(tables, table, "property table", || here("/propertyTable"))?;
     }
-    Ok(FeatureIds { ids, null: found.set.null_feature_id, table })
-}
-
-/// Converts a number to an index; one that does not fit becomes an index beyond all.
-pub(crate) fn as_index(number: u64) -> usize {
-    usize::try_from(number).unwrap_or(usize::MAX)
+    let null = found.set.null_feature_id.map(|id| id.0.into());
+    Ok(FeatureIds { ids, null, table })
 }
 
 /// Requirements on an accessor for its use (glTF 2.0, section 3.7.2.1, widened by
 /// KHR_mesh_quantization).
 struct AccessorRule {
     what: &'static str,
-    shape: Type,
+    shape: Shape,
     component_types: &'static [ComponentType],
 }
 
 const POSITION: AccessorRule = AccessorRule {
     what: "positions",
-    shape: Type::Vec3,
+    shape: Shape::Vec3,
     component_types: &[F32, I8, U8, I16, U16],
 };
 const NORMAL: AccessorRule =
-    AccessorRule { what: "normals", shape: Type::Vec3, component_types: &[F32, I8, I16] };
+    AccessorRule { what: "normals", shape: Shape::Vec3, component_types: &[F32, I8, I16] };
 const UV: AccessorRule =
-    AccessorRule { what: "UVs", shape: Type::Vec2, component_types: &[F32, I8, U8, I16, U16] };
+    AccessorRule { what: "UVs", shape: Shape::Vec2, component_types: &[F32, I8, U8, I16, U16] };
 const FEATURE_ID: AccessorRule = AccessorRule {
     what: "feature ids",
-    shape: Type::Scalar,
+    shape: Shape::Scalar,
     component_types: &[F32, U8, U16, U32],
 };
 const INDEX: AccessorRule =
-    AccessorRule { what: "indices", shape: Type::Scalar, component_types: &[U8, U16, U32] };
+    AccessorRule { what: "indices", shape: Shape::Scalar, component_types: &[U8, U16, U32] };
 
 impl AccessorRule {
     fn check(
@@ -247,7 +417,7 @@ impl AccessorRule {
         if shape == self.shape && self.component_types.contains(&component_type) {
             return Ok(());
         }
-        let what = format!("{} cannot be {shape:?} of {component_type:?}", self.what);
+        let what = format!("{} cannot be {} of {}", self.what, shape.name(), component_type.name());
         Err(ImportFault::Invalid(what).at(place()))
     }
 }

@@ -28,22 +28,48 @@ fn decode_base64(text: &[u8]) -> Result<Vec<u8>, &'static str> {
     UNPADDED.decode(&text[..text.len() - padding]).map_err(|_| "its base64 is damaged")
 }
 
-/// Checks that a relative path only goes down. An error says why it is refused.
-pub(crate) fn relative_path(uri: &str) -> Result<PathBuf, &'static str> {
-    if uri.is_empty() {
-        return Err("it is empty");
-    }
-    // Checked on the raw text: an escaped colon is part of a name.
-    if uri.split('/').next().is_some_and(|first| first.contains(':')) {
+/// Returns the part of a data URI after `data:`; schemes are written in any case.
+pub(crate) fn data_of(uri: &str) -> Option<&str> {
+    let (scheme, data) = uri.split_once(':')?;
+    scheme.eq_ignore_ascii_case("data").then_some(data)
+}
+
+/// Returns the paths that a relative URI may mean, the likeliest first: with its escapes decoded,
+/// then as it stands. They only go down. An error says why the URI is refused.
+pub(crate) fn relative_paths(uri: &str) -> Result<Vec<PathBuf>, &'static str> {
+    // Exporters on Windows write its separators.
+    let slashed = uri.replace('\\', "/");
+    if has_scheme(&slashed) {
         return Err("it has a scheme or a drive, and only files beside the model are read");
     }
-    // A damaged escape stands for itself: names of files hold percent signs.
-    let decoded = percent_decode_str(uri).decode_utf8();
-    let decoded = decoded.map_err(|_| "its percent-encoding is no UTF-8")?;
-    if decoded.contains(['\\', '\0']) {
-        return Err("it holds a backslash or a zero character");
+    let literal = relative_path(&slashed);
+    let Ok(decoded) = percent_decode_str(&slashed).decode_utf8() else {
+        return Ok(vec![literal?]);
+    };
+    let decoded = relative_path(&decoded)?;
+    Ok(match literal {
+        Ok(literal) if literal != decoded => vec![decoded, literal],
+        _ => vec![decoded],
+    })
+}
+
+/// Reports whether a URI begins with a scheme or a drive. Other colons are parts of names.
+fn has_scheme(uri: &str) -> bool {
+    let Some((scheme, rest)) = uri.split_once(':') else { return false };
+    let is_scheme = scheme.starts_with(|c: char| c.is_ascii_alphabetic())
+        && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c));
+    is_scheme && rest.starts_with('/')
+}
+
+/// Checks that a path only goes down. An error says why it is refused.
+fn relative_path(text: &str) -> Result<PathBuf, &'static str> {
+    if text.is_empty() {
+        return Err("it is empty");
     }
-    let path = PathBuf::from(decoded.into_owned());
+    if text.contains(['\\', '\0']) {
+        return Err("it holds an escaped backslash or a zero character");
+    }
+    let path = PathBuf::from(text);
     for component in path.components() {
         match component {
             Component::Normal(_) | Component::CurDir => {}
@@ -89,9 +115,15 @@ mod tests {
             ("a%3Ab.bin", "a:b.bin"),
             ("a%2", "a%2"),
             ("100%.png", "100%.png"),
+            ("%ff.png", "%ff.png"),
+            ("sub\\a.png", "sub/a.png"),
+            ("t:1.png", "t:1.png"),
+            ("a:b/c.png", "a:b/c.png"),
         ] {
-            assert_eq!(relative_path(uri).unwrap(), Path::new(expected));
+            assert_eq!(relative_paths(uri).unwrap()[0], Path::new(expected));
         }
+        let both = relative_paths("x%20y.png").unwrap();
+        assert_eq!(both, [Path::new("x y.png"), Path::new("x%20y.png")]);
         for bad in [
             "",
             ".",
@@ -105,11 +137,13 @@ mod tests {
             "file:///etc/passwd",
             "http://host/a",
             "C:/a",
-            "a\\b",
+            "C:\\a",
+            "..\\a",
+            "\\\\server\\a",
+            "a%5Cb",
             "a%00b",
-            "%ff",
         ] {
-            assert!(relative_path(bad).is_err(), "{bad}");
+            assert!(relative_paths(bad).is_err(), "{bad}");
         }
     }
 }

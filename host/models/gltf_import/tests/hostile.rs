@@ -5,7 +5,7 @@
 mod common;
 
 use busbar_gltf_import::{ImportFault, ImportLimits, import_bytes, import_file};
-use common::{Builder, data_uri, square_with_image};
+use common::{Builder, data_uri};
 use serde_json::json;
 
 #[test]
@@ -137,8 +137,6 @@ fn limits_are_kept() {
     check(&square, ImportLimits { max_nodes: 0, ..limits() }, "1 nodes, and the limit is 0");
     check(&square, ImportLimits { max_depth: 0, ..limits() }, "1 levels of nodes");
     check(&square, ImportLimits { max_triangles: 1, ..limits() }, "2 triangles, and the limit");
-    let image = square_with_image(&common::png_claiming(16, 16)).bytes();
-    check(&image, ImportLimits { max_texture_pixels: 255, ..limits() }, "256 texture pixels");
 }
 
 #[test]

@@ -95,6 +95,7 @@ fn a_missing_file_is_a_checker_and_says_nothing_of_roughness() {
     let folder = tempfile::tempdir().unwrap();
     let mut builder = square_with_image(b"");
     builder.json["images"] = json!([{ "uri": "gone.png" }]);
+    builder.primitive()["material"] = json!(0);
     builder.json["materials"] = json!([{ "pbrMetallicRoughness": {
         "baseColorTexture": { "index": 0 }, "metallicRoughnessTexture": { "index": 0 } } }]);
     let bytes = builder.bytes();
@@ -104,10 +105,6 @@ fn a_missing_file_is_a_checker_and_says_nothing_of_roughness() {
     assert_eq!(material.metallic_roughness_texture, None);
     assert!(is_checker(imported.model.textures[0].rgba8.as_chunks().0));
     assert!(imported.report.notes[0].contains("gone.png"), "{:?}", imported.report.notes);
-    // What leads out of the folder is still refused.
-    builder.json["images"] = json!([{ "uri": "../gone.png" }]);
-    let refused = import_bytes(&builder.bytes(), Some(folder.path()), &ImportLimits::default());
-    assert!(refused.unwrap_err().to_string().contains("refused"));
 }
 
 #[test]
@@ -125,15 +122,7 @@ fn basisu_names_an_image_where_there_is_no_other() {
 }
 
 #[test]
-fn the_limits_hold_for_what_only_claims_its_size() {
-    let limits = ImportLimits { max_texture_pixels: 255, ..ImportLimits::default() };
-    let claims = ktx2(RGBA8_UNORM, [16, 16], PLAIN, &[0; 1024], 1024);
-    let checker = b"no picture".to_vec();
-    for image in [claims, checker] {
-        let refused = import_bytes(&square_with_image(&image).bytes(), None, &limits);
-        let error = refused.unwrap_err().to_string();
-        assert!(error.contains("256 texture pixels"), "{error}");
-    }
+fn a_few_bytes_that_claim_many_pixels_are_a_checker() {
     // A few bytes that claim 256 MiB.
     let bomb = ktx2(RGBA8_UNORM, [8192, 8192], ZSTANDARD, &[0; 64], 1 << 28);
     let (shown, notes) = shown(&bomb);

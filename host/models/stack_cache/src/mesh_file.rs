@@ -18,7 +18,7 @@ use crate::stack_file::{array, checksum, halves};
 const MAGIC: u64 = 0x6275_7362_6172_4d57;
 
 /// Format version: grows when the format changes, or the result of import or welding.
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 
 /// Arrays of a file: those as long as the mesh, then sections, ends of names, and names.
 const ARRAYS: usize = LARGE_ARRAYS + 3;

@@ -14,7 +14,7 @@ use crate::key::digest;
 const MAGIC: u64 = 0x6275_7362_6172_5343;
 
 /// Grows when the format or the meaning of a number in it changes.
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 
 /// More steps of error than stacks ever have.
 const MAX_ERRORS: u64 = 1 << 16;
@@ -32,6 +32,8 @@ struct Header {
     collapses: u64,
     errors: u64,
     max_depth: u64,
+    /// 1 if theta is a share of the mesh, else 0.
+    theta_by_mesh: u64,
     /// Over the header before it and the digest of each array.
     checksum: [u64; 2],
 }
@@ -63,6 +65,7 @@ pub(crate) fn parts<'a>(
         collapses: tables.parent_start.len() as u64,
         errors: tables.errors.len() as u64,
         max_depth: u64::from(tables.max_depth),
+        theta_by_mesh: u64::from(tables.theta_by_mesh),
         checksum: [0; 2],
     };
     let arrays = arrays(ranks, tables);
@@ -93,6 +96,7 @@ pub(crate) fn read(
         errors: array(file, header.errors).map_err(unreadable)?,
         parent_offset: array(file, header.wedges).map_err(unreadable)?,
         max_depth: header.max_depth as u32,
+        theta_by_mesh: header.theta_by_mesh != 0,
     };
     if header.checksum(arrays(&ranks, &tables).into_iter().map(digest)) != header.checksum {
         return Err("its checksum is wrong".into());
@@ -124,7 +128,8 @@ fn check(header: &Header, key: CacheKey, mesh: &Mesh, length: u64) -> Result<(),
     if header.key != halves(key.0) || found != of_mesh.map(|count| count as u64) {
         return Err("it belongs to another mesh".into());
     }
-    if header.collapses > header.positions || header.errors > MAX_ERRORS {
+    if header.collapses > header.positions || header.errors > MAX_ERRORS || header.theta_by_mesh > 1
+    {
         return Err("its header is wrong".into());
     }
     match header.file_bytes() {

@@ -113,7 +113,7 @@ fn damage_is_named_and_leaves_the_mesh() {
     with("bytes instead of", &|bytes| bytes.truncate(bytes.len() - 1));
     with("bytes instead of", &|bytes| bytes.push(0));
     with("no cache file", &|bytes| bytes[0] ^= 1);
-    with("version 2", &|bytes| bytes[8] = 2);
+    with("version 3", &|bytes| bytes[8] = 3);
     with("another mesh", &|bytes| bytes[16] ^= 1);
     with("another mesh", &|bytes| bytes[32] ^= 1);
     with("its header is wrong", &|bytes| bytes[56..64].fill(0xff));

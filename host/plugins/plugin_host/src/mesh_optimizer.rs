@@ -75,6 +75,8 @@ pub struct WrittenCollapses {
     pub collapses: usize,
     /// Stages that the plugin reported.
     pub stages: Vec<Stage>,
+    /// True if theta is a share of the mesh, not of its model.
+    pub theta_by_mesh: bool,
 }
 
 /// A checked sequence and how long its making took.
@@ -134,7 +136,7 @@ impl MeshOptimizer {
             wedges: self.reads_wedges().then(|| WedgesView::from_mesh(mesh)),
         };
         let mut room = vec![abi::BusbarCollapse::default(); mesh.positions.len()];
-        let WrittenCollapses { collapses, stages } =
+        let WrittenCollapses { collapses, stages, theta_by_mesh } =
             self.optimize_into(view, &mut room, progress)?;
         room.truncate(collapses);
         let entry =
@@ -144,6 +146,7 @@ impl MeshOptimizer {
             CollapseSequence::new(entries, mesh.positions.len() as u32).map_err(|source| {
                 PluginError::Sequence { id: self.instance.info().id.clone(), source }
             })?;
+        let sequence = sequence.with_theta_by_mesh(theta_by_mesh);
         Ok(OptimizedMesh { sequence, stages })
     }
 
@@ -205,7 +208,7 @@ impl MeshOptimizer {
             collapse_count: 0,
             stage_capacity: MAX_STAGES as u32,
             stage_count: 0,
-            reserved: 0,
+            flags: 0,
             collapses: room.as_mut_ptr(),
             stages: stages.as_mut_ptr(),
         };
@@ -222,7 +225,8 @@ impl MeshOptimizer {
             return Err(self.instance.violation("it claims more results than it had room for"));
         }
         let stages = stages[..output.stage_count as usize].iter().map(read_stage).collect();
-        Ok(WrittenCollapses { collapses, stages })
+        let theta_by_mesh = output.flags & abi::BUSBAR_COLLAPSES_THETA_BY_MESH != 0;
+        Ok(WrittenCollapses { collapses, stages, theta_by_mesh })
     }
 }
 

@@ -352,7 +352,7 @@ fn binding_to_abi(binding: &OverlayBinding) -> abi::BusbarBinding {
 }
 
 fn value_to_abi(state: Option<TagState>) -> abi::BusbarTagValue {
-    let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
+    let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.report_quality);
     let (kind, value) = abi::value_codes(state.and_then(|s| s.value));
     let (quality, reason) = quality.codes();
     let age = state.and_then(|s| s.age).unwrap_or_default();

@@ -51,6 +51,7 @@ mod tests {
         TagState {
             value: Some(Value::F64(1.0)),
             quality: Quality::Good,
+            report_quality: Quality::Good,
             age: None,
             source_time: source_seconds.map(|seconds| SourceTime(seconds * 1_000_000_000)),
             origin,

@@ -16,7 +16,7 @@ use crate::capability_messages::{CapabilityAnswer, CapabilityRequest};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 9;
+pub(crate) const PROTOCOL_VERSION: u32 = 10;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.
@@ -102,7 +102,7 @@ pub(crate) enum Answer {
     /// Status of a simulation.
     Simulating(SimulationStatus),
     /// Number of collapses in the shared buffer, with the durations of stages.
-    Optimized { collapses: u32, stages: Vec<Stage> },
+    Optimized { collapses: u32, stages: Vec<Stage>, theta_by_mesh: bool },
     /// Answer to a call of a capability.
     Capability(CapabilityAnswer),
     /// List of the commands.

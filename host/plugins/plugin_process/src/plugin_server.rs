@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use busbar_plugin_abi::BusbarSample;
 use busbar_plugin_host::{
     Catalog, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay, PluginError,
-    SampleReceiver, Simulator, TelemetryStream,
+    SampleReceiver, Simulator, TelemetryStream, WrittenCollapses,
 };
 use busbar_tags::{ClockReadings, Moment, PauseDetector, SourceTime};
 use rustix::process::{Signal, getpid, kill_process};
@@ -306,7 +306,8 @@ fn optimize_shared(
         }
         !cancelled.load(Ordering::Relaxed)
     })?;
-    Ok(Answer::Optimized { collapses: written.collapses as u32, stages: written.stages })
+    let WrittenCollapses { collapses, stages, theta_by_mesh } = written;
+    Ok(Answer::Optimized { collapses: collapses as u32, stages, theta_by_mesh })
 }
 
 /// Shortest period between two progress messages.

@@ -116,7 +116,7 @@ impl HostSide {
                 .check(&picture)
                 .map(|()| DecodedMessage::Picture(picture))
                 .map_err(str::to_owned),
-            Ok(Answer::Optimized { collapses, stages }) => {
+            Ok(Answer::Optimized { collapses, stages, .. }) => {
                 let stages = check_stages(&stages).map_err(str::to_owned);
                 stages.map(|()| DecodedMessage::Optimized(collapses))
             }

@@ -232,7 +232,7 @@ impl PluginProcess {
         let (sizes, shared_mesh) = memory::write_mesh(mesh, reads_wedges).map_err(failed)?;
         let room = memory::room_for_collapses(mesh).map_err(failed)?;
         let outcome = self.call_long(Request::Optimize { sizes }, &[&shared_mesh, &room], progress);
-        let Answer::Optimized { collapses, stages } = outcome? else {
+        let Answer::Optimized { collapses, stages, theta_by_mesh } = outcome? else {
             return Err(self.shared.unexpected_answer());
         };
         let violation = |what: String| PluginError::Violation { id: self.info.id.clone(), what };
@@ -242,6 +242,7 @@ impl PluginProcess {
         let count = mesh.positions.len() as u32;
         let sequence = CollapseSequence::new(entries, count)
             .map_err(|source| PluginError::Sequence { id: self.info.id.clone(), source })?;
+        let sequence = sequence.with_theta_by_mesh(theta_by_mesh);
         Ok(OptimizedMesh { sequence, stages })
     }
 

@@ -3,6 +3,8 @@
 use busbar_geometry::Mesh;
 use glam::Mat4;
 
+use crate::max_scale_factor;
+
 /// Index of a model in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ModelIndex(pub u32);
@@ -21,6 +23,25 @@ pub struct Model {
     pub textures: Vec<Texture>,
     /// Nodes, parents before children.
     pub nodes: Vec<ModelNode>,
+}
+
+impl Model {
+    /// Returns the greatest scale of each mesh among the nodes that show it: metres of the model to
+    /// a unit of the mesh; 1 where none shows it.
+    pub fn mesh_scales(&self) -> Vec<f32> {
+        let mut scales: Vec<Option<f32>> = vec![None; self.meshes.len()];
+        let mut model_from_node: Vec<Mat4> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes {
+            let parent = node.parent.and_then(|parent| model_from_node.get(parent as usize));
+            let transform = parent.map_or(node.parent_from_node, |of| *of * node.parent_from_node);
+            model_from_node.push(transform);
+            if let Some(known) = node.mesh.and_then(|mesh| scales.get_mut(mesh as usize)) {
+                let scale = max_scale_factor(&transform);
+                *known = Some(known.map_or(scale, |known| known.max(scale)));
+            }
+        }
+        scales.into_iter().map(|scale| scale.unwrap_or(1.0)).collect()
+    }
 }
 
 /// One node of a model file.

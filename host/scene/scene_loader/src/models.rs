@@ -146,6 +146,15 @@ pub(crate) fn split_meshes(
     }
 }
 
+/// Scales of the pieces that the meshes of a model were taken apart into.
+fn scales_of_pieces(model: &Model, pieces: &[Range<u32>]) -> Vec<f32> {
+    let mut scales = vec![1.0; model.meshes.len()];
+    for (range, scale) in pieces.iter().zip(model.mesh_scales()) {
+        scales[range.start as usize..range.end as usize].fill(scale);
+    }
+    scales
+}
+
 /// The stage of loading that builds stacks.
 pub(crate) struct OptimizationStage<'a> {
     pub(crate) instances: &'a BTreeMap<String, Plugin>,
@@ -179,6 +188,11 @@ impl OptimizationStage<'_> {
                 ModelSource::Failed => continue,
             };
             let by_error = following.contains(name);
+            let pieces = imported.pieces.remove(&index).unwrap_or_default();
+            let scales = match pieces.is_empty() {
+                true => model.mesh_scales(),
+                false => scales_of_pieces(&model, &pieces),
+            };
             let optimizer = configured.optimizer.as_ref();
             let optimizer_digest = optimizer.and_then(|name| optimizer_digests.get(name).copied());
             let built = optimizer
@@ -197,7 +211,7 @@ impl OptimizationStage<'_> {
                     let optimizer = optimizer.as_ref();
                     let builder = StackBuilder { optimizer, cache, by_error, allows_failure: true };
                     let total = model.meshes.len();
-                    builder.build(model.meshes, &|done| {
+                    builder.build(model.meshes, &scales, &|done| {
                         (self.progress)(&format!("collapse stacks of {name}"), done, total);
                     })
                 });
@@ -220,12 +234,7 @@ impl OptimizationStage<'_> {
                         materials: model.materials.into(),
                         textures: model.textures.into(),
                         slot: None,
-                        provenance: ModelProvenance {
-                            by_error,
-                            is_complete,
-                            file,
-                            pieces: imported.pieces.remove(&index).unwrap_or_default(),
-                        },
+                        provenance: ModelProvenance { by_error, is_complete, file, pieces },
                     });
                 }
                 Err(error) => {

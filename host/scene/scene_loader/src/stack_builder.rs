@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use busbar_geometry::{CollapseSequence, CollapseStacks, Mesh, removal_ranks};
+use busbar_geometry::{CollapseSequence, CollapseStacks, Mesh, removal_ranks, share_theta};
 use busbar_plugin_host::PluginError;
 use busbar_plugin_process::Optimizer;
 use busbar_stack_cache::{CacheKey, Lookup, OptimizerDigest, StackCache};
@@ -40,13 +40,15 @@ pub struct BuiltStacks {
 }
 
 impl StackBuilder<'_> {
-    /// Builds the stacks of all meshes; `done` receives the number of finished meshes.
+    /// Builds the stacks of all meshes, which share a theta; `scales` has metres of the model to a
+    /// unit of each mesh, and `done` receives the number of finished meshes.
     ///
     /// # Errors
     /// Error of the optimizer, unless its failure is allowed.
     pub fn build(
         &self,
         meshes: Vec<Mesh>,
+        scales: &[f32],
         done: &(dyn Fn(usize) + Sync),
     ) -> Result<BuiltStacks, PluginError> {
         let finished = AtomicUsize::new(0);
@@ -68,6 +70,7 @@ impl StackBuilder<'_> {
                 *all.millis.entry(stage).or_default() += millis;
             }
         }
+        share_theta(&mut all.stacks, scales);
         Ok(all)
     }
 

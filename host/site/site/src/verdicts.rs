@@ -75,7 +75,7 @@ pub struct VerdictText<'a> {
 impl VerdictBoard {
     /// Takes the verdicts of a picture at the qualities of this frame.
     pub(crate) fn update(&mut self, picture: &Arc<OverlayPicture>, snapshot: Snapshot<'_>) {
-        let is_good = |tag| snapshot.state(tag).is_some_and(|state| state.quality.is_good());
+        let is_good = |tag| snapshot.state(tag).is_some_and(|state| state.report_quality.is_good());
         let before = std::mem::take(&mut self.pieces);
         self.pieces = vec![PieceVerdict::default(); before.len()];
         for (verdict, index) in picture.verdicts.iter().zip(0..) {

@@ -14,6 +14,9 @@ pub struct TagState {
     pub value: Option<Value>,
     /// Quality of the value, freshness included.
     pub quality: Quality,
+    /// Quality of the report that the value is. It differs from `quality` for a double point of
+    /// both ends at once: no position, and a sure sign that the contacts contradict each other.
+    pub report_quality: Quality,
     /// Age of the value: time since it came, and its lag before that.
     pub age: Option<Duration>,
     /// Time at the source, where the source gave one.

@@ -316,7 +316,12 @@ fn the_host_judges_values_itself() {
     let mut table = table_of(vec![spec]);
     let faulty = Some(Value::DoublePoint(DoublePoint::BadState));
     put(&mut table, Sample { value: faulty, ..sample(0.0, START) });
-    assert_eq!(quality_at(&mut table, START), Quality::Uncertain(Reason::Sensor));
+    let state = state_at(&mut table, START);
+    assert_eq!(state.quality, Quality::Uncertain(Reason::Sensor));
+    assert_eq!(state.report_quality, Quality::Good, "that contacts contradict is sure");
+    let doubtful = Quality::Uncertain(Reason::OutOfRange);
+    put(&mut table, Sample { value: faulty, quality: doubtful, ..sample(0.0, START) });
+    assert_eq!(state_at(&mut table, START).report_quality, doubtful);
 }
 
 #[test]

@@ -278,11 +278,18 @@ impl TagStates {
 }
 
 fn state(hot: &HotState, cold: &ColdState, now: Moment) -> TagState {
-    let has_value = !hot.value().is_none();
+    let value = hot.value().unpack();
+    let quality = hot.quality(cold.own_quality(), now);
+    let is_contradiction = value == Some(Value::DoublePoint(DoublePoint::BadState));
+    let report_quality = match is_contradiction && hot.kind == ValueKind::DoublePoint {
+        true if !cold.is_derived => hot.quality(cold.source_quality.worst(cold.doubt), now),
+        _ => quality,
+    };
     TagState {
-        value: hot.value().unpack(),
-        quality: hot.quality(cold.own_quality(), now),
-        age: has_value.then(|| now.since(hot.valid_from)),
+        value,
+        quality,
+        report_quality,
+        age: value.map(|_| now.since(hot.valid_from)),
         source_time: hot.source_time(),
         origin: hot.origin,
     }

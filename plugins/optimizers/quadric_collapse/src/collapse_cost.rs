@@ -2,10 +2,10 @@
 
 use busbar_plugin_sdk::Mesh;
 use glam::DVec3;
+use mesh_shells::{Shells, coarse_cost};
 
 use crate::attributes::{Attributes, WedgeAreas};
 use crate::quadric::Quadric;
-use crate::shells::Shells;
 use crate::surface::{Spoke, Surface};
 
 /// The cosine of the largest turn of a triangle that [`Guards::All`] lets
@@ -25,6 +25,13 @@ const HEIGHTS_SQUARED: f64 = 8.0;
 /// shortest comes first. A change of shape by 1/10,000 of the length counts as
 /// much.
 const LENGTH_WEIGHT: f64 = 1e-8;
+
+/// Bits of the fraction that costs of turned shells keep: steps of a half, as a distance a fifth. More
+/// would let rounding choose among the vertices of a ring; fewer take rings for equal that are not.
+const FRACTION_BITS: u32 = 1;
+
+/// Factor of the cost of a vertex of a ring for each halving that it is to survive.
+const HALVING_FACTOR: f64 = 1.5;
 
 /// Weights of the settings.
 #[derive(Clone, Copy, Debug)]
@@ -105,11 +112,25 @@ pub(crate) struct Shell {
     /// Quadric of each vertex: the features that it must stay near to.
     pub(crate) quadrics: Vec<Quadric>,
     pub(crate) guards: Guards,
+    /// Halvings of its ring that each vertex survives; empty where the shell is not turned.
+    pub(crate) halvings: Vec<u8>,
     /// Thoroughness: whether all neighbours of a vertex are tried before it is refused.
     pub(crate) thorough: bool,
 }
 
 impl Shell {
+    /// Reports whether the shell is turned, so that costs are equal up to rounding.
+    pub(crate) fn is_turned(&self) -> bool {
+        !self.halvings.is_empty()
+    }
+
+    /// Returns the cost that decides the order within a turned shell: coarse, and greater for a
+    /// vertex that is to survive halvings of its ring.
+    pub(crate) fn turned_cost(&self, vertex: u32, cost: f64) -> f64 {
+        let halvings = self.halvings.get(vertex as usize).copied().unwrap_or_default();
+        coarse_cost(cost * HALVING_FACTOR.powi(halvings.into()), FRACTION_BITS)
+    }
+
     /// Computes a lower bound of the cost of a collapse.
     #[inline(always)]
     fn least_cost(&self, removed: u32, kept: u32) -> f64 {
@@ -198,6 +219,11 @@ impl CostEvaluator {
             if let Some(choice) = self.cost(source, shell, vertex, kept, least) {
                 best = best.min(choice.cost);
                 self.choices.push(choice);
+            }
+        }
+        if shell.is_turned() {
+            for choice in &mut self.choices {
+                choice.cost = shell.turned_cost(vertex, choice.cost);
             }
         }
         self.choices.sort_by(|a, b| a.cost.total_cmp(&b.cost));

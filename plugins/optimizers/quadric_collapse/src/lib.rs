@@ -22,14 +22,13 @@ mod quadric;
 mod queue;
 mod reduce;
 mod sequence;
-mod shells;
 mod surface;
 
 use busbar_plugin_sdk::{CollapseList, Error, Host, Mesh, MeshOptimizer, Plugin, Progress};
+use mesh_shells::Shells;
 
 use crate::attributes::Attributes;
 use crate::collapse_cost::{Source, Weights};
-use crate::shells::Shells;
 
 /// Largest value of a weight.
 const MAX_WEIGHT: f64 = 1e6;

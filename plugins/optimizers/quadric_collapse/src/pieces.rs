@@ -8,9 +8,9 @@
 
 use busbar_plugin_sdk::Mesh;
 use glam::DVec3;
+use mesh_shells::Shells;
 
 use crate::quadric::Quadric;
-use crate::shells::Shells;
 
 /// Place of the first cut, as a share of the triangles, by level. A vertex on one cut is thus
 /// inside a part of the next level.

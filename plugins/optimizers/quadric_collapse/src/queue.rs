@@ -8,16 +8,27 @@ const ABSENT: u32 = u32::MAX;
 /// A min-heap that knows where each vertex stands; a vertex is in it once.
 ///
 /// An entry is one word: the upper half of the cost's bits (20 bits of
-/// mantissa), then the vertex. So equal costs go by vertex index.
+/// mantissa), then the vertex's place in an order. So equal costs go by that.
 #[derive(Default)]
 pub(crate) struct Queue {
     heap: Vec<u64>,
     places: Vec<u32>,
+    /// Vertices in the order in which those of equal cost go; empty: by index.
+    order: Vec<u32>,
+    /// Place of each vertex in the order; empty: by index.
+    places_in_order: Vec<u32>,
 }
 
 impl Queue {
-    /// Empties the queue and makes it ready for vertices `0..count`.
-    pub(crate) fn reset(&mut self, count: usize) {
+    /// Empties the queue and makes it ready for vertices `0..count`. Those of equal cost go in
+    /// `order`, which has each once; by index where it is empty.
+    pub(crate) fn reset(&mut self, count: usize, order: Vec<u32>) {
+        self.order = order;
+        self.places_in_order.clear();
+        self.places_in_order.resize(self.order.len(), 0);
+        for (&vertex, place) in self.order.iter().zip(0..) {
+            self.places_in_order[vertex as usize] = place;
+        }
         self.heap.clear();
         self.places.clear();
         self.places.resize(count, ABSENT);
@@ -26,6 +37,7 @@ impl Queue {
     /// Puts a vertex in, or moves it. `cost` is at least 0.
     #[inline]
     pub(crate) fn set(&mut self, vertex: u32, cost: f64) {
+        let vertex = self.key(vertex);
         let entry = entry_of(vertex, cost);
         let place = self.places[vertex as usize];
         if place == ABSENT {
@@ -40,6 +52,7 @@ impl Queue {
 
     /// Takes a vertex out if it is in.
     pub(crate) fn remove(&mut self, vertex: u32) {
+        let vertex = self.key(vertex);
         let place = std::mem::replace(&mut self.places[vertex as usize], ABSENT);
         if place != ABSENT {
             self.fill(place as usize);
@@ -51,7 +64,13 @@ impl Queue {
         let vertex = *self.heap.first()? as u32;
         self.places[vertex as usize] = ABSENT;
         self.fill(0);
-        Some(vertex)
+        Some(self.order.get(vertex as usize).copied().unwrap_or(vertex))
+    }
+
+    /// Number that stands for a vertex in the entries.
+    #[inline]
+    fn key(&self, vertex: u32) -> u32 {
+        self.places_in_order.get(vertex as usize).copied().unwrap_or(vertex)
     }
 
     /// Returns the cost of the cheapest vertex, rounded down; infinite if there is none.
@@ -63,13 +82,13 @@ impl Queue {
     /// Reports whether a vertex is in the queue.
     #[inline]
     pub(crate) fn contains(&self, vertex: u32) -> bool {
-        self.places[vertex as usize] != ABSENT
+        self.places[self.key(vertex) as usize] != ABSENT
     }
 
     /// Returns the cost of a queued vertex, rounded down.
     #[inline]
     pub(crate) fn cost(&self, vertex: u32) -> Option<f64> {
-        let entry = self.heap.get(self.places[vertex as usize] as usize)?;
+        let entry = self.heap.get(self.places[self.key(vertex) as usize] as usize)?;
         Some(f64::from_bits(entry >> 32 << 32))
     }
 
@@ -136,7 +155,7 @@ mod tests {
             steps in prop::collection::vec((0_u32..20, 0_u8..200, any::<bool>()), 0..200),
         ) {
             let mut queue = Queue::default();
-            queue.reset(20);
+            queue.reset(20, Vec::new());
             let mut model = std::collections::BTreeMap::new();
             for (vertex, cost, keep) in steps {
                 if keep {

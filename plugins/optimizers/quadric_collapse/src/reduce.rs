@@ -1,6 +1,7 @@
 //! Greedy simplification of one shell down to one vertex, or of a part to a fraction.
 
 use glam::DVec3;
+use mesh_shells::regular_order;
 
 use crate::collapse_cost::{CollapseTarget, CostEvaluator, Guards, Shell, Source};
 use crate::features;
@@ -165,11 +166,13 @@ impl Reducer {
         states: &[VertexState],
         center: DVec3,
     ) {
-        let Shell { surface, quadrics, .. } = &mut self.shell;
+        let Shell { surface, quadrics, halvings, .. } = &mut self.shell;
         surface.load(source.mesh, piece, center);
         features::measure(surface, source.attributes, source.weights.border, quadrics);
         let count = surface.len();
-        self.queue.reset(count);
+        let order = regular_order(&surface.positions, surface.triangles()).unwrap_or_default();
+        *halvings = order.halvings;
+        self.queue.reset(count, order.vertices);
         self.plans.clear();
         self.plans.resize(count, PlannedCollapse::default());
         self.moved.clear();
@@ -269,9 +272,9 @@ impl Reducer {
         watch: ProgressCallback<'_>,
     ) -> bool {
         let mut watched = steps.len() - start;
-        while steps.len() < limit
-            && let Some(removed) = self.queue.pop()
-        {
+        while steps.len() < limit {
+            let popped_cost = self.queue.least_cost();
+            let Some(removed) = self.queue.pop() else { break };
             let done = steps.len() - start;
             if done / WATCH_EVERY > watched / WATCH_EVERY {
                 watched = done;
@@ -285,7 +288,10 @@ impl Reducer {
                 self.collapse(source, removed, plan.choice, steps);
                 continue;
             }
-            let enough = self.queue.least_cost() * SLACK;
+            let enough = match shell.is_turned() {
+                true => popped_cost,
+                false => self.queue.least_cost() * SLACK,
+            };
             let Some(choice) = evaluator.choose(source, shell, removed, enough) else { continue };
             if choice.cost <= enough {
                 self.collapse(source, removed, choice, steps);
@@ -304,6 +310,9 @@ impl Reducer {
         }
         self.plans[vertex as usize].current = false;
         match self.evaluator.least_cost(&mut self.shell, vertex) {
+            Some(cost) if self.shell.is_turned() => {
+                self.queue.set(vertex, self.shell.turned_cost(vertex, cost));
+            }
             Some(cost) => self.queue.set(vertex, cost * GUESS),
             None => self.queue.remove(vertex),
         }

@@ -9,12 +9,12 @@ use std::time::Duration;
 
 use busbar_plugin_sdk::{Collapse, Error, Progress};
 use glam::DVec3;
+use mesh_shells::Shells;
 
 use crate::Limits;
 use crate::collapse_cost::Source;
 use crate::pieces::{CutParts, Remainder, center};
 use crate::reduce::{ProgressCallback, Reducer, Step};
-use crate::shells::Shells;
 
 /// Vertices that a thread takes at once, as whole shells.
 const BATCH: usize = 8192;

@@ -153,7 +153,7 @@ impl Surface {
     }
 
     /// Iterates over all live triangles.
-    pub(crate) fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + Clone {
         self.triangles.iter().filter(|t| t[0] != NONE).copied()
     }
 

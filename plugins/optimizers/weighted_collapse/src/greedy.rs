@@ -9,30 +9,39 @@ use crate::guards::Candidate;
 use crate::guards::MAX_VALENCE;
 use crate::interpretation::Interpretation;
 use crate::queue::{Entry, Queue};
+use crate::regularity::RegularMesh;
 use crate::surface::{Ring, Spoke, Surface};
 use crate::weights::Coefficients;
 
 /// Edges tried between two looks at whether to go on.
 const EDGES_A_REPORT: usize = 1 << 14;
 
-/// The key of an edge in the queue; the least is collapsed first.
-pub(crate) enum EdgeKeys<'a> {
-    /// The place in the static order, edge by edge. Edges that become one go
-    /// when the first of them would.
-    Ranks(Vec<u32>),
-    /// W, edge by edge to begin with. After a collapse that of the edges around
-    /// the kept vertex is found anew: Eq. 1-4 of the mesh as it is, with the
-    /// maxima, deviations and proportion of borders of the whole mesh.
-    Weights { weights: &'a [f64], interpretation: &'a Interpretation, coefficients: Coefficients },
+/// Keys of edges in the queue; the least is collapsed first. A key is W, edge by edge to begin
+/// with; edges that become one go when the first of them would.
+pub(crate) struct EdgeKeys<'a> {
+    pub(crate) weights: &'a [f64],
+    /// The mesh, where some of its shells are turned.
+    pub(crate) regular: Option<&'a RegularMesh>,
+    /// Rule by which weights are found anew.
+    pub(crate) reweighting: Option<Reweighting<'a>>,
+}
+
+/// Weights after a collapse: those of the edges around the kept vertex are found anew by Eq. 1-4 of
+/// the mesh as it is, with the maxima, deviations and proportion of borders of the whole mesh.
+pub(crate) struct Reweighting<'a> {
+    pub(crate) interpretation: &'a Interpretation,
+    pub(crate) coefficients: Coefficients,
 }
 
 impl EdgeKeys<'_> {
     fn of_edge(&self, edge: usize) -> u64 {
-        match self {
-            Self::Ranks(ranks) => u64::from(ranks[edge]),
-            // Weights are not negative, so their bits have their order.
-            Self::Weights { weights, .. } => weights[edge].to_bits(),
-        }
+        // Weights are not negative, so their bits have their order.
+        self.weights[edge].to_bits()
+    }
+
+    /// Key of an edge by its weight and its present ends.
+    fn key(&self, weight: f64, ends: [u32; 2]) -> u64 {
+        self.regular.map_or(weight, |regular| regular.ordering_weight(weight, ends)).to_bits()
     }
 }
 
@@ -188,20 +197,21 @@ impl<'a> GreedyCollapser<'a> {
         self.surface.ring(kept, ring);
         for spokes in ring.edges() {
             let neighbour = spokes[0].neighbour;
-            let key = match self.keys {
-                EdgeKeys::Ranks(_) => {
+            let ends = [kept.min(neighbour), kept.max(neighbour)];
+            let weight = match &self.keys.reweighting {
+                None => {
                     let keys = spokes.iter().map(|spoke| self.side_keys[spoke.side]);
-                    keys.min().unwrap_or(u64::MAX)
+                    f64::from_bits(keys.min().unwrap_or(u64::MAX))
                 }
-                EdgeKeys::Weights { interpretation, coefficients, .. } => {
-                    let ends = [kept.min(neighbour), kept.max(neighbour)];
+                Some(Reweighting { interpretation, coefficients }) => {
                     let side = |spoke: &Spoke| Side::new(ends[1], spoke.opposite);
                     self.sides.clear();
                     self.sides.extend(spokes.iter().map(side));
                     let factors = measure(&self.surface.mesh, ends, &self.sides, interpretation);
-                    coefficients.weigh(&factors).to_bits()
+                    coefficients.weigh(&factors)
                 }
             };
+            let key = self.keys.key(weight, ends);
             for spoke in spokes {
                 self.side_keys[spoke.side] = key;
                 self.is_deferred[spoke.side] = false;

@@ -20,6 +20,7 @@ mod moments;
 mod queue;
 #[cfg(test)]
 mod reference;
+mod regularity;
 mod sort;
 mod surface;
 mod threads;
@@ -29,7 +30,9 @@ mod weights;
 
 use busbar_plugin_sdk::{Error, Host, MeshOptimizer, Plugin};
 
+use crate::regularity::RegularMesh;
 pub use busbar_plugin_sdk::{Collapse, CollapseList, Mesh, Progress};
+
 pub use interpretation::{BorderFlag, BorderWeight, Curvature, Interpretation};
 pub use threads::MAX_THREADS;
 pub use variance_shares::{VarianceShares, variance_shares};
@@ -116,10 +119,17 @@ pub fn collapse_list(
 ) -> Result<CollapseList, Error> {
     check(&mesh)?;
     let threads = threads::count(mesh.triangles.len(), max_threads);
+    // A mesh is the paper's model.
     let mut list = CollapseList::default();
+    list.theta_by_mesh = order == Order::Paper;
+    let regular = match order {
+        Order::Paper => None,
+        Order::Guarded | Order::Reweighted => list.stage("shells", || RegularMesh::new(&mesh)),
+    };
+    let mesh = regular.as_ref().map_or(mesh, RegularMesh::mesh);
     let edges = list.stage("edges", || edges::find(&mesh, threads));
     progress.report(0.2)?;
-    let (weights, coefficients) = list.stage("weights", || {
+    let (mut weights, coefficients) = list.stage("weights", || {
         let measured = weights::measure_all(&mesh, &edges, interpretation, threads);
         let coefficients = measured.coefficients(interpretation);
         (measured.weigh(&coefficients, threads), coefficients)
@@ -128,16 +138,21 @@ pub fn collapse_list(
     if order == Order::Paper {
         forest::collapse(&mesh, &edges, &weights, sort::PART, &mut list);
     } else {
+        if let Some(regular) = &regular {
+            for (weight, &ends) in weights.iter_mut().zip(&edges.ends) {
+                *weight = regular.ordering_weight(*weight, ends);
+            }
+        }
         let sorted = list.stage("sort", || sort::sort(&weights));
         progress.report(SORTED)?;
-        let keys = match order {
-            Order::Reweighted => {
-                greedy::EdgeKeys::Weights { weights: &weights, interpretation, coefficients }
-            }
-            _ => greedy::EdgeKeys::Ranks(sort::ranks(&sorted)),
-        };
+        let reweighting = (order == Order::Reweighted)
+            .then_some(greedy::Reweighting { interpretation, coefficients });
+        let keys = greedy::EdgeKeys { weights: &weights, regular: regular.as_ref(), reweighting };
         let collapses = || greedy::collapse(mesh, &edges, &sorted, &keys, progress);
         list.collapses = list.stage("collapse", collapses)?;
+        if let Some(regular) = &regular {
+            regular.restore_numbers(&mut list.collapses);
+        }
     }
     progress.report(1.0)?;
     Ok(list)

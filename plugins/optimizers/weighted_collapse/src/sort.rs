@@ -117,15 +117,6 @@ pub(crate) fn sort(weights: &[f64]) -> Vec<u32> {
     sorted
 }
 
-/// Returns each edge's place in a sorted list of them.
-pub(crate) fn ranks(sorted: &[u32]) -> Vec<u32> {
-    let mut ranks = vec![0; sorted.len()];
-    for (rank, &edge) in (0..).zip(sorted) {
-        ranks[edge as usize] = rank;
-    }
-    ranks
-}
-
 /// Sorts pairs by radix sort; `spare` is as long as `pairs`.
 fn sort_by_key(pairs: &mut [Pair], spare: &mut [Pair]) {
     let mut counts = [[0_u32; DIGITS]; PASSES];
@@ -202,11 +193,6 @@ mod tests {
         assert_eq!(sort(&[1.0, 0.5, 1.0, 0.5]), [1, 3, 0, 2]);
         assert!(sort(&[]).is_empty());
         assert_eq!(sort(&[0.0; 3]), [0, 1, 2]);
-    }
-
-    #[test]
-    fn ranks_are_places() {
-        assert_eq!(ranks(&[2, 0, 1]), [1, 2, 0]);
     }
 
     proptest! {

@@ -4,7 +4,7 @@ use busbar_plugin_sdk::{Severity, Verdict, VerdictSeverity};
 
 use crate::inputs::Inputs;
 use crate::interval::Interval;
-use crate::operating_point::OperatingPoint;
+use crate::operating_point::{CoolerFault, OperatingPoint};
 use crate::settings::{Loading, TransformerSettings};
 use crate::temperature_band::TemperatureBand;
 
@@ -73,11 +73,6 @@ impl Estimate {
         };
         side.get_or_insert(words);
     }
-
-    fn is_all_measured(&self) -> bool {
-        let agrees = self.above_model.is_none() && self.below_model.is_none();
-        agrees && self.is_top_oil_measured && self.is_hot_spot_measured
-    }
 }
 
 /// Verdict with its reason, and the severities of the values.
@@ -106,7 +101,7 @@ impl Assessment {
         let next = next_limits(settings, limits);
         let severities = severities(values, limits, next);
         let may_be_alarm = values.iter().zip(next).any(|(value, next)| value.high > next)
-            || inputs.is_lower_bound() && !estimate.is_all_measured();
+            || inputs.is_lower_bound();
         let severity =
             VerdictSeverity::from_bounds(severities.contains(&Severity::Alarm), may_be_alarm);
         let named = ["top oil", "hot spot"].into_iter().zip(values).zip(limits);
@@ -117,7 +112,7 @@ impl Assessment {
         if values[2].low > limits[2] {
             abnormal.push(format!("load {} above {load_limit} p.u.", per_unit(point.load)));
         }
-        if point.has_cooler_fault {
+        if point.cooler_fault == CoolerFault::Reported {
             abnormal.push("a fault of the coolers is reported".to_owned());
         }
         if let Some(words) = &estimate.above_model {
@@ -130,16 +125,25 @@ impl Assessment {
         if let Some(words) = &estimate.below_model {
             return judged(Verdict::Unknown, format!("{words}: check sensor and settings"));
         }
-        let hottest = (0..2).find(|of| values[*of].high > limits[*of]);
-        if let Some(of) = hottest {
-            let name = ["top oil", "hot spot"][of];
-            let reason = format!("{name} {}: {cause}", degrees(values[of]));
+        let hottest = (0..2).find(|index| values[*index].high > limits[*index]);
+        if let Some(index) = hottest {
+            let name = ["top oil", "hot spot"][index];
+            let reason = format!("{name} {}: {cause}", degrees(values[index]));
             return judged(Verdict::Unknown, reason);
         }
-        if inputs.is_lower_bound() && !estimate.is_all_measured() {
+        if inputs.is_lower_bound() {
             let reason = "the load is at least its active power; bind reactive power, apparent \
                           power or current to judge it";
             return judged(Verdict::Unknown, reason.to_owned());
+        }
+        // Where no tag tells the load, it is not judged: temperatures are.
+        if !inputs.loads.is_empty() && values[2].high > limits[2] {
+            let reason = format!("load {}: {}", per_unit(point.load), point.doubts.join("; "));
+            return judged(Verdict::Unknown, reason);
+        }
+        if point.cooler_fault == CoolerFault::Unknown {
+            let reason = format!("faults of the coolers: {}", point.doubts.join("; "));
+            return judged(Verdict::Unknown, reason);
         }
         judged(Verdict::Normal, String::new())
     }

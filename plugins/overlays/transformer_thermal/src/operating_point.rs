@@ -27,6 +27,16 @@ pub(crate) struct Plausible {
     pub(crate) fixed_ambient: f64,
 }
 
+/// State of the coolers as their fault contact tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CoolerFault {
+    /// No tag tells faults.
+    NotWatched,
+    None,
+    Reported,
+    Unknown,
+}
+
 /// Inputs of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct OperatingPoint {
@@ -42,8 +52,7 @@ pub(crate) struct OperatingPoint {
     pub(crate) top_oil: Option<f64>,
     /// Measured hot spot, degrees Celsius.
     pub(crate) hot_spot: Option<f64>,
-    /// Reports whether a fault of the coolers is reported.
-    pub(crate) has_cooler_fault: bool,
+    pub(crate) cooler_fault: CoolerFault,
     /// Bindings whose good values were used.
     pub(crate) used: Vec<usize>,
     /// Words for each input that is not known.
@@ -141,7 +150,7 @@ impl Reader<'_> {
         };
         let top_oil = optional(&self.inputs.top_oil, PLAUSIBLE_TEMPERATURE);
         let hot_spot = optional(&self.inputs.hot_spot, PLAUSIBLE_TEMPERATURE);
-        let (stages, has_cooler_fault) = self.stages(&mut remarks);
+        let (stages, cooler_fault) = self.stages(&mut remarks);
         let Remarks { used, doubts } = remarks;
         OperatingPoint {
             load,
@@ -150,7 +159,7 @@ impl Reader<'_> {
             stages,
             top_oil,
             hot_spot,
-            has_cooler_fault,
+            cooler_fault,
             used,
             doubts,
         }
@@ -279,30 +288,35 @@ impl Reader<'_> {
         }
     }
 
-    /// Stages that may run, and whether a fault of the coolers is reported.
-    fn stages(&self, remarks: &mut Remarks) -> (Range<usize>, bool) {
+    /// Stages that may run, and the state of the coolers.
+    fn stages(&self, remarks: &mut Remarks) -> (Range<usize>, CoolerFault) {
         let all = 0..self.settings.stages.len().max(1);
         let everything = Interval::new(f64::NEG_INFINITY, f64::INFINITY);
-        let fault = self.inputs.cooler_fault.as_ref();
-        let fault = fault.map(|source| remarks.number(source, self.values, everything));
-        let has_fault = fault.is_some_and(|fault| fault.is_some_and(|fault| fault != 0.0));
-        let is_doubtful = has_fault || fault == Some(None);
+        let fault = match &self.inputs.cooler_fault {
+            None => CoolerFault::NotWatched,
+            Some(source) => match remarks.number(source, self.values, everything) {
+                None => CoolerFault::Unknown,
+                Some(0.0) => CoolerFault::None,
+                Some(_) => CoolerFault::Reported,
+            },
+        };
+        let is_doubtful = matches!(fault, CoolerFault::Reported | CoolerFault::Unknown);
         let Some(source) = self.inputs.cooler_stage.as_ref() else {
             if !self.settings.stages.is_empty() {
                 remarks.doubts.push("no tag tells the stage of cooling".to_owned());
             }
-            return (all, has_fault);
+            return (all, fault);
         };
         let Some(number) = remarks.number(source, self.values, everything) else {
-            return (all, has_fault);
+            return (all, fault);
         };
         let is_it = |stage: i64| (stage as f64 - number).abs() < 0.25;
         match self.settings.stages.iter().position(|of| is_it(of.stage)) {
-            Some(stage) if !is_doubtful => (stage..stage + 1, has_fault),
-            Some(_) => (all, has_fault),
+            Some(stage) if !is_doubtful => (stage..stage + 1, fault),
+            Some(_) => (all, fault),
             None => {
                 remarks.doubts.push(source.doubt(&format!("{number}, which no stage is")));
-                (all, has_fault)
+                (all, fault)
             }
         }
     }

@@ -129,14 +129,14 @@ fn a_stage_that_is_not_known_may_be_any() {
     let at = |stage, fault| {
         let values = [("load", "%", Some(50.0)), ("fans", "", stage), ("cooler_fault", "", fault)];
         let point = read(stages, &values);
-        (point.stages.clone(), point.has_cooler_fault)
+        (point.stages.clone(), point.cooler_fault)
     };
-    assert_eq!(at(Some(0.0), Some(0.0)), (0..1, false));
-    assert_eq!(at(Some(1.0), Some(0.0)), (1..2, false));
-    assert_eq!(at(None, Some(0.0)), (0..2, false));
-    assert_eq!(at(Some(7.0), Some(0.0)), (0..2, false));
-    assert_eq!(at(Some(1.0), None), (0..2, false));
-    assert_eq!(at(Some(1.0), Some(1.0)), (0..2, true));
+    assert_eq!(at(Some(0.0), Some(0.0)), (0..1, CoolerFault::None));
+    assert_eq!(at(Some(1.0), Some(0.0)), (1..2, CoolerFault::None));
+    assert_eq!(at(None, Some(0.0)), (0..2, CoolerFault::None));
+    assert_eq!(at(Some(7.0), Some(0.0)), (0..2, CoolerFault::None));
+    assert_eq!(at(Some(1.0), None), (0..2, CoolerFault::Unknown));
+    assert_eq!(at(Some(1.0), Some(1.0)), (0..2, CoolerFault::Reported));
 }
 
 #[test]

@@ -113,6 +113,10 @@
 // Log level of details for the plugin's author.
 #define BUSBAR_LOG_DEBUG 4
 
+// Flag of a sequence whose proportion of simplified vertices, theta, is that of its mesh. Without
+// it a host shares one theta among all meshes of a model by error.
+#define BUSBAR_COLLAPSES_THETA_BY_MESH 1
+
 // Flag of a plugin whose `optimize` reads positions and triangles alone, so that the host need not
 // pass wedges.
 #define BUSBAR_OPTIMIZER_NO_WEDGES 1
@@ -567,8 +571,9 @@ typedef struct BusbarCollapseOutput {
   uint32_t stage_capacity;
   // Number of stages written.
   uint32_t stage_count;
-  // Reserved; must be zero.
-  uint32_t reserved;
+  // `BUSBAR_COLLAPSES_...`, written by the plugin, or 0. Bits that a host does not know are
+  // ignored.
+  uint32_t flags;
   // The sequence, in order.
   struct BusbarCollapse *collapses;
   // Times of the stages, for reports.

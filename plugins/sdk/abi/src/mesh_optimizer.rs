@@ -74,6 +74,10 @@ pub struct BusbarStage {
     pub millis: f64,
 }
 
+/// Flag of a sequence whose proportion of simplified vertices, theta, is that of its mesh. Without
+/// it a host shares one theta among all meshes of a model by error.
+pub const BUSBAR_COLLAPSES_THETA_BY_MESH: u32 = 1;
+
 /// Buffers for the result. The caller owns them; the plugin fills in the
 /// counts.
 #[repr(C)]
@@ -89,8 +93,9 @@ pub struct BusbarCollapseOutput {
     pub stage_capacity: u32,
     /// Number of stages written.
     pub stage_count: u32,
-    /// Reserved; must be zero.
-    pub reserved: u32,
+    /// `BUSBAR_COLLAPSES_...`, written by the plugin, or 0. Bits that a host does not know are
+    /// ignored.
+    pub flags: u32,
     /// The sequence, in order.
     pub collapses: *mut BusbarCollapse,
     /// Times of the stages, for reports.

@@ -103,7 +103,7 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarCollapse { removed, kept, error }
         BusbarStage { name, millis }
         BusbarCollapseOutput { struct_size, collapse_capacity, collapse_count, stage_capacity,
-            stage_count, collapses, stages }
+            stage_count, flags, collapses, stages }
         BusbarProgress { struct_size, context, report }
         BusbarMeshOptimizer { struct_size, flags, optimize }
         BusbarSample { tag, kind, quality, reason, value, source_time_unix_nanos }

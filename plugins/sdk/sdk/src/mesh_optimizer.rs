@@ -58,6 +58,9 @@ pub type Collapse = abi::BusbarCollapse;
 pub struct CollapseList {
     /// Collapses in their order.
     pub collapses: Vec<Collapse>,
+    /// True if theta, the proportion of simplified vertices, is that of this mesh. Else the host
+    /// shares one theta among all meshes of a model by error.
+    pub theta_by_mesh: bool,
     stages: Vec<(&'static str, f64)>,
 }
 
@@ -147,6 +150,7 @@ pub(crate) unsafe fn run<P: MeshOptimizer>(
     }
     output.collapse_count = list.collapses.len() as u32;
     output.stage_count = stages.len() as u32;
+    output.flags = if list.theta_by_mesh { abi::BUSBAR_COLLAPSES_THETA_BY_MESH } else { 0 };
     Ok(())
 }
 

@@ -200,6 +200,7 @@ fn tables(subject: &Subject, bytes: &[u8]) -> (Vec<u32>, StackTables) {
         errors,
         parent_offset: words(wedges.len()).iter().map(|word| *word as u8 & 3).collect(),
         max_depth: words(1)[0],
+        theta_by_mesh: words(1)[0] & 1 == 1,
     };
     (ranks, tables)
 }

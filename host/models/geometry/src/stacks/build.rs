@@ -41,8 +41,9 @@ impl CollapseStacks {
             parent_start: parents.iter().map(|&parent| ranges[parent as usize].start).collect(),
             errors: StackTables::sample_errors(sequence.entries().iter().map(|e| e.error)),
             max_depth,
+            theta_by_mesh: sequence.is_theta_by_mesh(),
         };
-        Self { mesh, tables, slender }
+        Self { mesh, tables, slender, shared_cursors: None }
     }
 
     /// Puts a mesh and the tables that were once built for it together again.
@@ -71,7 +72,7 @@ impl CollapseStacks {
         let slender = slender_points(&mesh, ranks);
         mesh.wedges.position = of_wedges;
         scatter_positions(&mut mesh, ranks);
-        Ok(Self { mesh, tables, slender })
+        Ok(Self { mesh, tables, slender, shared_cursors: None })
     }
 }
 

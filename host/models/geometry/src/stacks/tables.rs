@@ -21,6 +21,8 @@ pub struct StackTables {
     pub errors: Vec<f32>,
     /// The longest chain of ancestors.
     pub max_depth: u32,
+    /// True if theta is a share of this mesh, not of its model.
+    pub theta_by_mesh: bool,
 }
 
 /// Reasons why tables do not belong to a mesh.

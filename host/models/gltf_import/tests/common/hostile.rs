@@ -29,7 +29,6 @@ pub fn cases() -> Vec<Case> {
     structure::structure(&mut cases);
     structure::text(&mut cases);
     structure::containers(&mut cases);
-    floods::images(&mut cases);
     floods::floods(&mut cases);
     cases
 }

@@ -100,7 +100,7 @@ impl Output {
             collapse_count: 0,
             stage_capacity: STAGES as u32,
             stage_count: 0,
-            reserved: 0,
+            flags: 0,
             collapses: collapses.as_mut_ptr(),
             stages: stages.as_mut_ptr(),
         };

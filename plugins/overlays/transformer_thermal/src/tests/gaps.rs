@@ -56,18 +56,22 @@ fn three_hours_with_a_bad_load_are_between_bounds() {
 }
 
 #[test]
-fn a_short_gap_that_no_load_makes_abnormal_stays_normal() {
+fn a_load_that_is_not_seen_may_be_above_its_limit() {
     let mut bench = Bench::example();
     bench.at_load(24 * 60, 0.3);
     let drawing = bench.run(2, &[None, Some(25.6)]);
-    assert_eq!(verdict(&drawing), Verdict::Normal);
-    assert!(
-        reason(&drawing).contains("assumed: load not seen 0 to 2 p.u."),
-        "{}",
-        reason(&drawing)
-    );
+    assert_eq!(verdict(&drawing), Verdict::Unknown);
+    for words in ["load between 0.00 and 2.00 p.u.: load (T1.load) is", "load not seen 0 to 2 p.u."]
+    {
+        assert!(reason(&drawing).contains(words), "{}", reason(&drawing));
+    }
     // It rests on what is good, or the host would take it back.
     assert_eq!(drawing.verdict(0).unwrap().basis, [1]);
+    // A plausible load that the limit allows leaves temperatures alone to decide.
+    let settings = format!(r#"{EXAMPLE}, "plausible_load": [0.0, 1.2]"#);
+    let mut bench = Bench::new(&settings, "", &[("load", "A"), ("ambient", "°C")]);
+    bench.at_load(24 * 60, 0.3);
+    assert_eq!(verdict(&bench.run(2, &[None, Some(25.6)])), Verdict::Normal);
 }
 
 #[test]

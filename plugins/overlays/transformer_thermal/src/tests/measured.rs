@@ -76,4 +76,8 @@ fn stages_of_cooling_follow_their_tag() {
     let fault = bench.run(1, &at(Some(1.0), Some(1.0)));
     assert_eq!(verdict(&fault), Verdict::Abnormal);
     assert!(reason(&fault).contains("a fault of the coolers is reported"));
+    // A contact that is bad may stand for a fault, however cool the oil is.
+    let cool = bench.run(24 * 60, &[Some(10.0), Some(20.0), Some(1.0), None]);
+    assert_eq!(verdict(&cool), Verdict::Unknown);
+    assert!(reason(&cool).contains("faults of the coolers: "), "{}", reason(&cool));
 }

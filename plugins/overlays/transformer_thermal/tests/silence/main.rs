@@ -23,6 +23,9 @@ const USUAL_CASES: u64 = 2_000;
 const NANOS_A_MINUTE: i64 = 60_000_000_000;
 const START: i64 = 1_700_000_000_000_000_000;
 
+/// Load limit of normal cyclic loading for small and medium transformers, per unit (table 2).
+const LOAD_LIMIT: f64 = 1.5;
+
 /// Difference up to which numbers that are worked out otherwise decide alike, K.
 const ROUNDING: f64 = 1e-6;
 
@@ -133,7 +136,8 @@ fn run(case: &Case, random: &mut Random, counts: &mut Counts) -> Result<(), Stri
         let now = START + instant.minute as i64 * NANOS_A_MINUTE;
         let drawing = draw_at(&mut overlay, to_bind.take(), values, now).expect("it draws");
         let solutions = (!was_set_back).then_some(&oracle.solutions);
-        check(&drawing, &truth[frame - 1], solutions, (instant.inputs[0], margins), counts)
+        let load = (instant.inputs[0], is_seen[0]);
+        check(&drawing, &truth[frame - 1], solutions, (load, margins), counts)
             .map_err(|fault| format!("minute {}, {:?}: {fault}", instant.minute, instant.fault))?;
     }
     Ok(())
@@ -143,7 +147,7 @@ fn check(
     drawing: &Drawing,
     truth: &Temperatures,
     oracle: Option<&[Temperatures; 2]>,
-    (load, margins): (f64, [f64; 2]),
+    ((load, is_load_seen), margins): ((f64, bool), [f64; 2]),
     counts: &mut Counts,
 ) -> Result<(), String> {
     let judgment = drawing.verdict(0).ok_or("no verdict")?;
@@ -166,7 +170,10 @@ fn check(
     if judgment.verdict == Verdict::Normal && is_hot(truth, 1e-9) {
         return Err(format!("normal, and too hot in truth: {what}"));
     }
-    let is_overloaded = load > 1.5;
+    let is_overloaded = load > LOAD_LIMIT;
+    if judgment.verdict == Verdict::Normal && (is_overloaded || !is_load_seen) {
+        return Err(format!("normal, and the load may be above its limit: {what}"));
+    }
     if judgment.verdict == Verdict::Abnormal && !is_hot(truth, -1e-9) && !is_overloaded {
         return Err(format!("abnormal, and not too hot in truth: {what}"));
     }
@@ -175,7 +182,7 @@ fn check(
     }
     let Some([least, greatest]) = oracle else { return Ok(()) };
     let [below, above] = margins.map(|margin| margin + ROUNDING);
-    let share_normal = !is_hot(greatest, -above);
+    let share_normal = !is_hot(greatest, -above) && is_load_seen;
     let share_abnormal = is_hot(least, below);
     if judgment.verdict == Verdict::Unknown && (share_normal || share_abnormal) {
         return Err(format!("unknown, and both solutions decide: {what}"));

@@ -150,7 +150,7 @@ fn who_reads_no_wedges_sees_none_of_a_host_that_knows_no_flags() {
         collapse_count: 0,
         stage_capacity: 0,
         stage_count: 0,
-        reserved: 0,
+        flags: 0,
         collapses: null_mut(),
         stages: null_mut(),
     };

@@ -91,12 +91,12 @@ fn completions(tags: &[&str], known: Known<'_>, is_abnormal: impl Fn(&[f64]) -> 
     }
 }
 
-/// A switch by its position. The host calls a report of both ends at once uncertain.
+/// A switch by its position; both ends at once are a contradiction.
 fn switch(position: Option<f64>) -> Expected {
     const BOTH_ENDS: f64 = 3.0;
     match position {
         None => Expected::Unknown,
-        Some(BOTH_ENDS) => Expected::NotNormal,
+        Some(BOTH_ENDS) => Expected::Abnormal,
         Some(_) => Expected::Normal,
     }
 }
@@ -113,13 +113,13 @@ fn bus(breaker: Option<f64>, earth: Option<f64>) -> Expected {
 }
 
 /// A transformer whose load and temperatures are measured. Below the limits the history, which the
-/// walk does not follow, may contradict what is measured; a load that is not known counts by what
-/// it does to the temperatures.
+/// walk does not follow, may contradict what is measured.
 fn transformer(known: Known<'_>) -> Expected {
     let is_above = |tag: &str, limit: f64| known(tag).is_some_and(|value| value > limit);
     let is_hot = is_above("H1.oil", 120.0) || is_above("H1.winding", 170.0);
     match is_hot || is_above("H1.load", 200.0) {
         true => Expected::Abnormal,
+        false if known("H1.load").is_none() => Expected::NotNormal,
         false => Expected::Any,
     }
 }

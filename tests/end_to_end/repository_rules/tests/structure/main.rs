@@ -241,12 +241,13 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("iec104", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
     ("iec61850", &["busbar_link", "busbar_plugin_sdk"]),
     ("load_flow", &["busbar_plugin_sdk"]),
+    ("mesh_shells", &["busbar_plugin_sdk"]),
     ("modbus_adapter", &["busbar_link", "busbar_plugin_sdk", "device_server"]),
     ("mqtt", &["busbar_link", "busbar_plugin_sdk"]),
     ("notifier", &["busbar_link", "busbar_plugin_sdk"]),
     ("opcua", &["busbar_link", "busbar_plugin_sdk"]),
     ("power_overlay", &["busbar_plugin_sdk"]),
-    ("quadric_collapse", &["busbar_plugin_sdk"]),
+    ("quadric_collapse", &["busbar_plugin_sdk", "mesh_shells"]),
     ("record_source", &["busbar_plugin_sdk", "text_table"]),
     ("replay", &["busbar_plugin_sdk", "text_table"]),
     ("sample_generator", &["busbar_plugin_sdk"]),
@@ -257,7 +258,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("switch_position", &["busbar_plugin_sdk"]),
     ("thermography", &["busbar_plugin_sdk"]),
     ("transformer_thermal", &["busbar_plugin_sdk"]),
-    ("weighted_collapse", &["busbar_plugin_sdk"]),
+    ("weighted_collapse", &["busbar_plugin_sdk", "mesh_shells"]),
     (
         "bench",
         &[

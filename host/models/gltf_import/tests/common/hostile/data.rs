@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::super::{Builder, SQUARE, floats, push, shorts};
+use super::super::{Builder, shorts};
 use super::{Cases, add, changed};
 
 pub fn numbers(c: &mut Cases) {
@@ -53,7 +53,7 @@ pub fn numbers(c: &mut Cases) {
             d["accessors"][0].as_object_mut().unwrap().remove("bufferView");
             d["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("indices");
         },
-        &["/meshes/0/primitives/0", "triangles for the bytes there are, and the limit is 60"],
+        &["/meshes/0/primitives/0", "triangles for the bytes there are, and the limit is 65536"],
     );
     changed(
         c,
@@ -75,12 +75,6 @@ pub fn numbers(c: &mut Cases) {
             d["bufferViews"][1]["byteLength"] = json!(u32::MAX);
         },
         &["/bufferViews/1", "8589934590 bytes"],
-    );
-    changed(
-        c,
-        "buffer beyond its data",
-        |d| d["buffers"][0]["byteLength"] = json!(61),
-        &["/buffers/0/byteLength", "61 bytes, but there are 60"],
     );
     changed(
         c,
@@ -131,7 +125,6 @@ pub fn numbers(c: &mut Cases) {
         ("no such indices", "/meshes/0/primitives/0/indices", "accessor 99"),
         ("no such mesh", "/nodes/0/mesh", "mesh 99"),
         ("no such node", "/scenes/0/nodes/0", "node 99"),
-        ("no such scene", "/scene", "scene 99"),
     ] {
         let mut document = Builder::square().document();
         *document.pointer_mut(pointer).unwrap() = json!(99);
@@ -149,7 +142,8 @@ pub fn numbers(c: &mut Cases) {
         "no such texture",
         |d| {
             d["materials"] =
-                json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 3 } } }])
+                json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 3 } } }]);
+            d["meshes"][0]["primitives"][0]["material"] = json!(0);
         },
         &["/materials/0/pbrMetallicRoughness/baseColorTexture/index", "texture 3"],
     );
@@ -165,25 +159,17 @@ pub fn values(c: &mut Cases) {
         square.bytes(),
         &["/meshes/0/primitives/0/indices", "vertex 4, but there are 4 vertices"],
     );
-    for (name, value) in [("NaN", f32::NAN), ("infinity", f32::INFINITY), ("1e30 m", 1e30)] {
-        let mut square = Builder::square();
-        let mut points = SQUARE;
-        points[7] = value;
-        let bad = square.accessor(&floats(&points), 5126, "VEC3", 4);
-        square.primitive()["attributes"]["POSITION"] = json!(bad);
-        add(c, name, square.bytes(), &["/accessors/2", "element 2 is not a coordinate"]);
-    }
     changed(
         c,
         "flat positions",
         |d| d["accessors"][0]["type"] = json!("VEC2"),
-        &["/attributes/POSITION", "positions cannot be Vec2 of F32"],
+        &["/attributes/POSITION", "positions cannot be VEC2 of FLOAT"],
     );
     changed(
         c,
         "signed indices",
         |d| d["accessors"][1]["componentType"] = json!(5122),
-        &["/primitives/0/indices", "indices cannot be Scalar of I16"],
+        &["/primitives/0/indices", "indices cannot be SCALAR of SHORT"],
     );
     changed(
         c,
@@ -206,26 +192,16 @@ pub fn values(c: &mut Cases) {
     changed(
         c,
         "unknown alpha mode",
-        |d| d["materials"] = json!([{ "alphaMode": "GLASS" }]),
-        &["/materials/0/alphaMode"],
-    );
-    changed(
-        c,
-        "unequal attributes",
         |d| {
-            d["accessors"][0]["count"] = json!(3);
-            let same =
-                json!({ "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 4 });
-            push(&mut d["accessors"], same);
-            d["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(2);
+            d["materials"] = json!([{ "alphaMode": "GLASS" }]);
+            d["meshes"][0]["primitives"][0]["material"] = json!(0);
         },
-        &["/meshes/0/primitives/0/attributes", "3 and 4 vertices"],
+        &["/materials/0/alphaMode"],
     );
     changed(
         c,
         "infinite transform",
         |d| d["nodes"][0]["translation"] = json!([1e39, 0, 0]),
-        // The parser refuses it already when serde_json's `float_roundtrip` is on.
         &["/nodes/0"],
     );
     for (name, node) in [

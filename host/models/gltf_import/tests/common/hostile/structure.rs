@@ -12,13 +12,18 @@ pub fn structure(c: &mut Cases) {
     nodes(
         c,
         "its own child",
-        json!([{}, { "children": [1] }]),
+        json!([{ "children": [1] }, { "children": [1] }]),
         &["/nodes/1/children", "node 1 is its own ancestor"],
     );
     nodes(
         c,
         "cycle",
-        json!([{}, { "children": [2] }, { "children": [3] }, { "children": [1] }]),
+        json!([
+            { "children": [1] },
+            { "children": [2] },
+            { "children": [3] },
+            { "children": [1] },
+        ]),
         &["/nodes/1/children", "node 1 is its own ancestor"],
     );
     nodes(
@@ -29,34 +34,9 @@ pub fn structure(c: &mut Cases) {
     );
     nodes(
         c,
-        "two parents",
-        json!([{ "children": [2] }, { "children": [2] }, {}]),
-        &["/nodes/1/children/0", "node 2 is a child of both node 0 and node 1"],
-    );
-    nodes(
-        c,
-        "a child twice",
-        json!([{ "children": [1, 1] }, {}]),
-        &["/nodes/0/children/1", "both node 0 and node 0"],
-    );
-    nodes(
-        c,
         "no such child",
         json!([{ "children": [7] }]),
         &["/nodes/0/children/0", "node 7 is named, but there are 1"],
-    );
-    // Two children a level, both with the same two children: 2^31 instances.
-    let mut doubled = vec![json!({ "children": [1, 2] })];
-    for level in 0..31 {
-        let next = 2 * level + 3;
-        let below = if level < 30 { json!({ "children": [next, next + 1] }) } else { json!({}) };
-        doubled.extend([below.clone(), below]);
-    }
-    nodes(
-        c,
-        "31 doubled levels",
-        json!(doubled),
-        &["/nodes/2/children/0", "node 3 is a child of both node 1 and node 2"],
     );
     let chain = |i: u32| {
         if i < 999 { json!({ "children": [i + 1] }) } else { json!({}) }
@@ -65,27 +45,21 @@ pub fn structure(c: &mut Cases) {
         c,
         "1000 levels",
         (0..1000).map(chain).collect(),
-        &["/nodes/256", "257 levels of nodes, and the limit is 256"],
+        &["/nodes/512", "513 levels of nodes, and the limit is 512"],
     );
     changed(
         c,
-        "a scene root with a parent",
-        |d| {
-            d["nodes"] = json!([{}, { "children": [0] }]);
-        },
-        &["/scenes/0/nodes/0", "node 0 is a child of node 1"],
+        "an extension of shapes",
+        |d| d["extensionsRequired"] = json!(["KHR_mesh_quantization", "ACME_shapes"]),
+        &["/extensionsRequired/1", "'ACME_shapes'", "export the model again without"],
     );
-    for (name, extension) in
-        [("Draco", "KHR_draco_mesh_compression"), ("meshopt", "EXT_meshopt_compression")]
-    {
-        changed(
-            c,
-            name,
-            |d| d["extensionsRequired"] = json!(["KHR_mesh_quantization", extension]),
-            &["/extensionsRequired/1", "_compression'", "export the model again without it"],
-        );
-    }
     changed(c, "glTF 1", |d| d["asset"]["version"] = json!("1.0"), &["/asset/version", "'1.0'"]);
+    add(
+        c,
+        "glTF 1 without an asset",
+        br#"{"meshes":{"a":{}}}"#.to_vec(),
+        &["glTF version '1.0'", "export the model as glTF 2.0"],
+    );
     changed(c, "glTF 2.1 at least", |d| d["asset"]["minVersion"] = json!("2.1"), &["'2.1'"]);
     changed(
         c,
@@ -101,14 +75,19 @@ pub fn text(c: &mut Cases) {
     add(c, "binary", vec![0xFF; 4096], &["line 1"]);
     add(c, "cut", Builder::square().bytes()[..300].to_vec(), &["EOF"]);
     add(c, "an array", b"[]".to_vec(), &["the top of the JSON"]);
-    add(c, "no asset", b"{}".to_vec(), &["missing field `asset`"]);
+    add(c, "no asset", b"{}".to_vec(), &["there is no asset"]);
     add(
         c,
         "a key twice",
         br#"{"asset":{"version":"2.0"},"scene":0,"scene":1}"#.to_vec(),
         &["duplicate field `scene`"],
     );
-    add(c, "deep", "[".repeat(1_000_000).into_bytes(), &["more than 64 levels"]);
+    add(
+        c,
+        "deep",
+        "[".repeat(1_000_000).into_bytes(),
+        &["the top of the JSON", "expected an object"],
+    );
     let deep = format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}"#, "[".repeat(1_000_000));
     add(c, "deep where it is ignored", deep.into_bytes(), &["/extras", "EOF while parsing a list"]);
     changed(
@@ -146,7 +125,6 @@ pub fn containers(c: &mut Cases) {
         file
     };
     add(c, "GLB 1", patched(4, [1, 0, 0, 0]), &["container version 1"]);
-    add(c, "a length of nothing", patched(8, [0; 4]), &["its header says 0 bytes"]);
     add(c, "a length of 4 GiB", patched(8, [0xFF; 4]), &["its header says 4294967295 bytes"]);
     add(c, "JSON of 4 GiB", patched(12, [0xFF; 4]), &["a chunk says 4294967295 bytes"]);
     add(c, "data first", patched(16, *b"BIN\0"), &["first chunk is not JSON"]);

@@ -7,20 +7,20 @@ use busbar_plugin_sdk::Mesh;
 /// Vertices and triangles in order of the shell (connected piece) they belong
 /// to; within a shell as in the mesh. A vertex without triangles is a shell.
 #[derive(Debug, Default)]
-pub(crate) struct Shells {
+pub struct Shells {
     /// Vertices of the mesh, shell by shell.
-    pub(crate) vertices: Vec<u32>,
+    pub vertices: Vec<u32>,
     /// Triangles of the mesh, shell by shell.
-    pub(crate) triangles: Vec<u32>,
+    pub triangles: Vec<u32>,
     /// Place of each vertex within its shell.
-    pub(crate) place: Vec<u32>,
+    pub place: Vec<u32>,
     /// Starts of the vertices and triangles of each shell, and the totals.
     starts: Vec<[u32; 2]>,
 }
 
 impl Shells {
     /// Finds the shells, in order of their first vertex.
-    pub(crate) fn find(mesh: &Mesh<'_>) -> Self {
+    pub fn find(mesh: &Mesh<'_>) -> Self {
         let shell_of = label(mesh);
         let count = shell_of.iter().max().map_or(0, |&last| last as usize + 1);
         let mut starts = vec![[0_u32; 2]; count + 1];
@@ -55,17 +55,17 @@ impl Shells {
     }
 
     /// Returns the number of shells.
-    pub(crate) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
     /// Returns the vertices of a shell, as a range of `vertices`.
-    pub(crate) fn vertex_range(&self, shell: usize) -> Range<usize> {
+    pub fn vertex_range(&self, shell: usize) -> Range<usize> {
         self.starts[shell][0] as usize..self.starts[shell + 1][0] as usize
     }
 
     /// Returns the triangles of a shell, as a range of `triangles`.
-    pub(crate) fn triangle_range(&self, shell: usize) -> Range<usize> {
+    pub fn triangle_range(&self, shell: usize) -> Range<usize> {
         self.starts[shell][1] as usize..self.starts[shell + 1][1] as usize
     }
 }

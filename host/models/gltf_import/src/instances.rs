@@ -1,0 +1,60 @@
+//! Places at which a node shows its mesh (EXT_mesh_gpu_instancing).
+
+use glam::{Mat4, Quat, Vec3};
+
+use crate::accessor::Accessor;
+use crate::buffers::Buffers;
+use crate::error::{ImportError, ImportFault};
+use crate::limits::MIN_ALLOWANCE;
+use crate::nodes::unit_rotation;
+use crate::schema::{Instancing, Shape};
+
+/// Reads the transforms of a node's instances, in the file's order; `node` is the node's place.
+pub(crate) fn read(
+    instancing: &Instancing,
+    buffers: &Buffers<'_>,
+    node: &str,
+) -> Result<Vec<Mat4>, ImportError> {
+    let place = |name: &str| format!("{node}/extensions/EXT_mesh_gpu_instancing/attributes/{name}");
+    let attribute = |name: &str, shape: Shape| {
+        let named = instancing.attributes.0.iter().find(|(known, _)| known == name);
+        let Some((_, index)) = named else { return Ok(None) };
+        let accessor = Accessor::new(buffers, index.index(), || place(name))?;
+        if accessor.shape != shape {
+            let what = format!("{} instead of {}", accessor.shape.name(), shape.name());
+            return Err(ImportFault::Invalid(what).at(place(name)));
+        }
+        accessor.check_sparse()?;
+        Ok(Some(accessor))
+    };
+    let translations = attribute("TRANSLATION", Shape::Vec3)?;
+    let rotations = attribute("ROTATION", Shape::Vec4)?;
+    let scales = attribute("SCALE", Shape::Vec3)?;
+    let counts = [&translations, &rotations, &scales].into_iter().flatten().map(|a| a.count);
+    let count = counts.clone().min().unwrap_or(0);
+    if counts.max() > Some(count) {
+        let fault = ImportFault::Invalid("attributes of unequal numbers of instances".into());
+        return Err(fault.at(place("TRANSLATION")));
+    }
+    // Accessors without data are of any length.
+    let limit = buffers.total_bytes().max(MIN_ALLOWANCE);
+    if count as u64 > limit {
+        let what = "instances for the bytes there are";
+        return Err(
+            ImportFault::TooMany { what, count: count as u64, limit }.at(place("TRANSLATION"))
+        );
+    }
+    let transform = |instance: usize| {
+        let vector = |accessor: &Option<Accessor<'_>>, default| {
+            accessor.map_or(default, |of| Vec3::from_array(of.floats_at(instance)))
+        };
+        let rotation =
+            rotations.map_or(Quat::IDENTITY, |of| Quat::from_array(of.floats_at(instance)));
+        Mat4::from_scale_rotation_translation(
+            vector(&scales, Vec3::ONE),
+            unit_rotation(rotation),
+            vector(&translations, Vec3::ZERO),
+        )
+    };
+    Ok((0..count).map(transform).collect())
+}
