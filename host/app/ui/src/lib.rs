@@ -266,6 +266,11 @@ impl Panels {
         self.is_settled = is_same;
     }
 
+    /// Reports whether the last two passes had the same result.
+    pub fn is_settled(&self) -> bool {
+        self.is_settled
+    }
+
     /// Returns the time until egui wants another pass; the greatest there is where it wants none.
     pub fn repaint_after(&self) -> Duration {
         let until = |due: Instant| due.saturating_duration_since(Instant::now());

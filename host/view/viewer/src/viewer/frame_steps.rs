@@ -138,7 +138,9 @@ impl Viewer {
             && !self.target.settles
             && self.panels.keeps_panels(&input, &model, &lists)
             && self.panels.keeps_overlay(&content_seen_by(navigator, self.target.viewport));
-        if !is_kept && !self.is_seen && input.events.is_empty() {
+        // Panels that have not settled may still come to look as they did.
+        let is_settled = self.panels.is_settled();
+        if !is_kept && !self.is_seen && is_settled && input.events.is_empty() {
             self.host.camera_commands = host_commands;
             return None;
         }
