@@ -137,6 +137,11 @@ impl<'a> Accessor<'a> {
         Some(Self { index, key, count, component_type, normalized, shape, base, sparse: None })
     }
 
+    /// Reads integers as shares of their largest value, whatever the file says.
+    pub(crate) fn into_normalized(self) -> Self {
+        Self { normalized: true, ..self }
+    }
+
     /// Makes an accessor of the corners of a compressed mesh.
     pub(crate) fn corners(view: usize, values: &'a [u8]) -> Self {
         let count = values.len() / size_of::<u32>();

@@ -18,7 +18,8 @@ pub(crate) struct Buffers<'a> {
     document: &'a Document<'a>,
     bin: Option<&'a [u8]>,
     files: RefCell<Files<'a>>,
-    loaded: Vec<OnceCell<Content<'a>>>,
+    /// Content and stated length of the buffers that were read.
+    loaded: Vec<OnceCell<(Content<'a>, Option<usize>)>>,
     total_bytes: Cell<u64>,
     /// Addresses of the contents that are counted.
     counted: RefCell<HashSet<usize>>,
@@ -74,7 +75,8 @@ impl<'a> Buffers<'a> {
 
     /// Returns all content that decides meshes: the document, then the buffers that were read.
     pub(crate) fn content(&self) -> Vec<&[u8]> {
-        let buffers = self.loaded.iter().filter_map(OnceCell::get).map(Content::bytes);
+        let loaded = self.loaded.iter().filter_map(OnceCell::get);
+        let buffers = loaded.map(|(content, _)| content.bytes());
         std::iter::once(self.document.text().as_bytes()).chain(buffers).collect()
     }
 
@@ -172,22 +174,24 @@ impl<'a> Buffers<'a> {
         index: usize,
         named_by: impl FnOnce() -> String,
     ) -> Result<&[u8], ImportError> {
-        let buffer: Buffer<'_> = self.document.buffers.parse(index, named_by)?;
+        self.document.buffers.require(index, named_by)?;
         let cell = &self.loaded[index];
-        let content = match cell.get() {
-            Some(content) => content,
+        let (content, length) = match cell.get() {
+            Some(loaded) => loaded,
             None => {
+                // Once: its URI may be most of the document.
+                let buffer: Buffer<'_> = self.document.buffers.parse(index, String::new)?;
                 let content = self.load(index, &buffer)?;
                 let bytes = content.bytes();
                 if self.counted.borrow_mut().insert(bytes.as_ptr().addr()) {
                     self.total_bytes.set(self.total_bytes.get() + bytes.len() as u64);
                 }
-                cell.get_or_init(|| content)
+                let length = buffer.byte_length.map(|length| length.index());
+                cell.get_or_init(|| (content, length))
             }
         };
         let bytes = content.bytes();
-        let length = buffer.byte_length.map_or(bytes.len(), |length| length.index());
-        Ok(&bytes[..length.min(bytes.len())])
+        Ok(&bytes[..length.unwrap_or(bytes.len()).min(bytes.len())])
     }
 
     fn load(&self, index: usize, buffer: &Buffer<'_>) -> Result<Content<'a>, ImportError> {

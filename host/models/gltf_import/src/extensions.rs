@@ -103,7 +103,7 @@ pub(crate) struct PrimitiveFeatures {
     pub(crate) attribute: String,
 }
 
-impl Primitive<'_> {
+impl Primitive {
     fn feature_id_sets(&self) -> Option<&FeatureIdSets> {
         Some(&self.extensions.as_ref()?.mesh_features.as_ref()?.feature_ids)
     }

@@ -1,6 +1,8 @@
 //! Images: PNG, JPEG, WebP and KTX2, measured before they are decoded.
 
+use std::collections::HashSet;
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
 
 use busbar_scene::Texture;
@@ -28,6 +30,11 @@ const MAX_UNVERIFIED_PIXELS: u64 = 8 << 20;
 
 /// Pixels of one image that are decoded at once; a larger PNG is scaled down row by row.
 const MAX_DECODED_PIXELS: u64 = 64 << 20;
+
+/// Pixels of all images that are decoded, over those that are kept, and for each byte of them:
+/// photographs have some eight a byte.
+const MAX_DECODED_TIMES: u64 = 4;
+const PIXELS_A_BYTE: u64 = 64;
 
 /// Side of the placeholder checker and of one of its cells, pixels.
 const CHECKER_SIDE: u32 = 16;
@@ -71,6 +78,11 @@ impl Measured<'_> {
         self.size.map(|side| side.div_ceil(self.divisor))
     }
 
+    /// Returns the pixels before the image is scaled.
+    fn whole_pixels(&self) -> u64 {
+        u64::from(self.size[0]) * u64::from(self.size[1])
+    }
+
     fn pixels(&self) -> u64 {
         let [width, height] = self.scaled();
         u64::from(width) * u64::from(height)
@@ -87,16 +99,18 @@ pub(crate) fn load(
 ) -> Decoded {
     let mut measured: Vec<Result<Measured<'_>, ImportError>> =
         images.iter().map(|&index| measure_one(index, buffers)).collect();
-    fit(&mut measured, limits.max_texture_pixels);
+    fit(&mut measured, images, limits.max_texture_pixels);
     let sound = || measured.iter().flatten();
-    let whole = |image: &Measured<'_>| u64::from(image.size[0]) * u64::from(image.size[1]);
-    let verifies = sound().map(whole).sum::<u64>() > MAX_UNVERIFIED_PIXELS;
+    let verifies = sound().map(Measured::whole_pixels).sum::<u64>() > MAX_UNVERIFIED_PIXELS;
     let scaled = sound().filter(|image| image.divisor > 1).count();
     notes.add_many(SCALED, scaled);
     let mut decoded = Decoded { textures: Vec::new(), placeholders: Vec::new() };
     for (&index, image) in images.iter().zip(measured) {
         let texture = image.and_then(|image| {
-            let texture = decode(&image, verifies);
+            // A decoder that fails costs its picture, not the model.
+            let decoded = catch_unwind(AssertUnwindSafe(|| decode(&image, verifies)));
+            let failed = |_| Err(ImportFault::Image("its decoder failed".into()));
+            let texture = decoded.unwrap_or_else(failed);
             texture.map_err(|fault| fault.at(format!("/images/{index}")))
         });
         decoded.placeholders.push(texture.is_err());
@@ -127,17 +141,38 @@ fn measure_one<'b>(index: usize, buffers: &'b Buffers<'_>) -> Result<Measured<'b
     Ok(Measured { bytes, size, divisor: largest.div_ceil(MAX_TEXTURE_SIDE) })
 }
 
-/// Scales the largest images down until all fit the limit; even one pixel each is too much for
-/// none of the limits that a program sets.
-fn fit(measured: &mut [Result<Measured<'_>, ImportError>], limit: u64) {
+/// Scales the larger images down until all fit the limit. Those beyond what is decoded at all are
+/// faults.
+fn fit(measured: &mut [Result<Measured<'_>, ImportError>], images: &[usize], limit: u64) {
+    let mut counted = HashSet::new();
+    let distinct = measured.iter().flatten().filter(|image| {
+        let bytes = image.bytes.get();
+        counted.insert((bytes.as_ptr().addr(), bytes.len()))
+    });
+    let bytes: u64 = distinct.map(|image| image.bytes.get().len() as u64).sum();
+    let allowed = MAX_DECODED_TIMES * limit + PIXELS_A_BYTE * bytes;
+    let mut decoded = 0_u64;
+    for (&index, image) in images.iter().zip(measured.iter_mut()) {
+        decoded += image.as_ref().map_or(0, Measured::whole_pixels);
+        if decoded > allowed && image.is_ok() {
+            let fault = ImportFault::TooMany { what: "pixels", count: decoded, limit: allowed };
+            *image = Err(fault.at(format!("/images/{index}")));
+        }
+    }
     let checkers = measured.iter().filter(|image| image.is_err()).count() as u64;
     let taken = checkers * u64::from(CHECKER_SIDE * CHECKER_SIDE);
-    loop {
-        let pixels: u64 = measured.iter().flatten().map(Measured::pixels).sum();
-        let largest = measured.iter_mut().flatten().max_by_key(|image| image.pixels());
-        match largest.filter(|largest| largest.pixels() > 1) {
-            Some(largest) if pixels + taken > limit => largest.divisor *= 2,
-            _ => return,
+    let sound = (measured.len() as u64 - checkers).max(1);
+    // An equal share for each is enough for all.
+    let share = (limit.saturating_sub(taken) / sound).max(1);
+    while measured.iter().flatten().map(Measured::pixels).sum::<u64>() + taken > limit {
+        let larger = measured.iter_mut().flatten().filter(|image| image.pixels() > share);
+        let mut any = false;
+        for image in larger {
+            image.divisor *= 2;
+            any = true;
+        }
+        if !any {
+            return;
         }
     }
 }

@@ -1,8 +1,12 @@
 //! KTX 2.0 images (Khronos KTX file format specification 2.0): the first level, as it is
-//! or compressed with Zstandard, in formats that every device can be given as RGBA8.
+//! or compressed with Zstandard, in formats that every device can be given as RGBA8; Basis
+//! Universal (ETC1S and UASTC) too.
 
+use std::borrow::Cow;
 use std::io::{self, Read};
+use std::ops::Range;
 
+use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use busbar_scene::Texture;
 use ktx2::{Format, Reader, SupercompressionScheme};
 use ruzstd::decoding::StreamingDecoder;
@@ -30,7 +34,10 @@ pub(crate) fn is_ktx2(bytes: &[u8]) -> bool {
 /// Encoding of the pixels in a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Coding {
+    Rgb8,
     Rgba8,
+    /// Basis Universal, of which UASTC has blocks of 16 bytes and ETC1S none of a fixed size.
+    Basis,
     /// Blocks of 4 x 4 pixels: bytes of each.
     Blocks(Block, usize),
 }
@@ -47,6 +54,7 @@ enum Block {
 
 /// The first level of an image that was measured.
 pub(crate) struct Level<'a> {
+    file: &'a [u8],
     size: [u32; 2],
     coding: Coding,
     reader: Reader<&'a [u8]>,
@@ -77,10 +85,15 @@ pub(crate) fn first_level(bytes: &[u8]) -> Result<Level<'_>, ImportFault> {
     let is_compressed = match header.supercompression_scheme {
         None => false,
         Some(SupercompressionScheme::Zstandard) => true,
+        Some(SupercompressionScheme::BasisLZ) if coding == Coding::Basis => false,
         Some(scheme) => return Err(fault(&format!("{scheme:?} is not supported"))),
     };
-    let needed = coding.bytes(size);
-    let level = Level { size, coding, reader, is_compressed, bytes: needed };
+    let needed = match header.supercompression_scheme {
+        // Codes of no fixed size; pixels are bounded.
+        Some(SupercompressionScheme::BasisLZ) => 0,
+        _ => coding.bytes(size),
+    };
+    let level = Level { file: bytes, size, coding, reader, is_compressed, bytes: needed };
     let available = level.data().len() as u64;
     let least = if is_compressed { needed.div_ceil(MAX_COMPRESSION) } else { needed };
     if available < least {
@@ -100,6 +113,7 @@ impl Level<'_> {
     pub(crate) fn decode(&self) -> Result<Texture, ImportFault> {
         let [width, height] = self.size;
         let rgba8 = match (self.is_compressed, self.coding) {
+            (_, Coding::Basis) => self.transcode()?,
             (false, coding) => coding.decode(self.size, &self.data()[..self.bytes as usize]),
             (true, Coding::Rgba8) => self.decompressed()?,
             (true, coding) => coding.decode(self.size, &self.decompressed()?),
@@ -114,6 +128,46 @@ impl Level<'_> {
             true => self.decompress(&mut io::sink()),
             false => Ok(()),
         }
+    }
+
+    /// Decodes Basis Universal.
+    fn transcode(&self) -> Result<Vec<u8>, ImportFault> {
+        let broken = |reason| fault(&format!("Basis Universal: {reason:?}"));
+        let file = match self.is_compressed {
+            true => Cow::Owned(self.uncompressed_file()?),
+            false => Cow::Borrowed(self.file),
+        };
+        let transcoder = Transcoder::new(&file).map_err(broken)?;
+        let target = TargetFormat::Rgba32;
+        let rgba8 = transcoder.transcode(0, target, DecodeFlags::NONE).map_err(broken)?;
+        let [width, height] = self.size.map(u64::from);
+        match rgba8.len() as u64 == width * height * 4 {
+            true => Ok(rgba8),
+            false => Err(fault("Basis Universal: it has another size than it says")),
+        }
+    }
+
+    /// Writes the file anew without Zstandard, with its first level alone: header, level index
+    /// and data format descriptor stay where they are (specification, section 3).
+    fn uncompressed_file(&self) -> Result<Vec<u8>, ImportFault> {
+        const LEVEL_COUNT: usize = 40;
+        const SCHEME: usize = 44;
+        /// Places of key values and of data for further compression: there are none.
+        const OTHER_PLACES: Range<usize> = 56..80;
+        const LEVEL_INDEX: Range<usize> = 80..104;
+        let level = self.decompressed()?;
+        let index = &self.reader.header().index;
+        let end = index.dfd_byte_offset as usize + index.dfd_byte_length as usize;
+        let head = self.file.get(..end).filter(|head| head.len() >= LEVEL_INDEX.end);
+        let mut file = head.ok_or_else(|| fault("KTX: its header is cut short"))?.to_vec();
+        file.resize(file.len().next_multiple_of(BLOCK * BLOCK), 0);
+        let place = [file.len() as u64, level.len() as u64, level.len() as u64];
+        file[LEVEL_COUNT..LEVEL_COUNT + 4].copy_from_slice(&1_u32.to_le_bytes());
+        file[SCHEME..SCHEME + 4].fill(0);
+        file[OTHER_PLACES].fill(0);
+        file[LEVEL_INDEX].copy_from_slice(&place.map(u64::to_le_bytes).concat());
+        file.extend(level);
+        Ok(file)
     }
 
     fn decompressed(&self) -> Result<Vec<u8>, ImportFault> {
@@ -138,7 +192,9 @@ impl Level<'_> {
 impl Coding {
     fn bytes(self, [width, height]: [u32; 2]) -> u64 {
         match self {
+            Self::Rgb8 => u64::from(width) * u64::from(height) * 3,
             Self::Rgba8 => u64::from(width) * u64::from(height) * 4,
+            Self::Basis => Self::Blocks(Block::Bc7, 16).bytes([width, height]),
             Self::Blocks(_, bytes) => {
                 let blocks = [width, height].map(|side| u64::from(side).div_ceil(BLOCK as u64));
                 blocks[0] * blocks[1] * bytes as u64
@@ -148,6 +204,10 @@ impl Coding {
 
     /// Decodes blocks to RGBA8; `bytes` are as many as the size takes.
     fn decode(self, size: [u32; 2], bytes: &[u8]) -> Vec<u8> {
+        if self == Self::Rgb8 {
+            let opaque = |&[r, g, b]: &[u8; 3]| [r, g, b, 255];
+            return bytes.as_chunks().0.iter().flat_map(opaque).collect();
+        }
         let Self::Blocks(block, block_bytes) = self else { return bytes.to_vec() };
         let [width, height] = size.map(|side| side as usize);
         let mut rgba8 = vec![0; width * height * 4];
@@ -198,7 +258,9 @@ impl Block {
 /// Returns the encoding of a supported format. Whether bytes are sRGB follows from the material's
 /// use of them, as for PNG.
 fn coding_of(format: Option<Format>) -> Option<Coding> {
-    Some(match format? {
+    let Some(format) = format else { return Some(Coding::Basis) };
+    Some(match format {
+        Format::R8G8B8_UNORM | Format::R8G8B8_SRGB => Coding::Rgb8,
         Format::R8G8B8A8_UNORM | Format::R8G8B8A8_SRGB => Coding::Rgba8,
         Format::BC1_RGB_UNORM_BLOCK
         | Format::BC1_RGB_SRGB_BLOCK
@@ -214,10 +276,7 @@ fn coding_of(format: Option<Format>) -> Option<Coding> {
 }
 
 fn unreadable(format: Option<Format>) -> String {
-    match format {
-        None => "Basis Universal is not supported".to_owned(),
-        Some(format) => format!("KTX format {format:?} is not supported"),
-    }
+    format.map_or_else(String::new, |format| format!("KTX format {format:?} is not supported"))
 }
 
 fn read(bytes: &[u8]) -> Result<Reader<&[u8]>, ImportFault> {

@@ -34,7 +34,9 @@ mod report;
 mod required_extensions;
 mod scalars;
 mod schema;
+mod tubes;
 mod uri;
+mod vertex_colors;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -47,6 +49,7 @@ use crate::extensions::StructuralMetadata;
 use crate::files::Files;
 use crate::meshes::{Builder, CachedContent, Checker, Source};
 use crate::report::Notes;
+use crate::vertex_colors::ColorMaterials;
 
 pub use crate::error::{ImportError, ImportFault};
 pub use crate::limits::{
@@ -69,14 +72,16 @@ pub struct ImportedModel {
 /// Imports a `.gltf` or `.glb` file. Files that it names are looked for in its
 /// folder and below, nowhere else.
 ///
-/// Supported: glTF 2.0 with triangles, strips and fans; positions, normals and
+/// Supported: glTF 2.0 with triangles, and with lines and points as slender tubes; morph targets
+/// at their default weights; positions, normals and
 /// texture coordinates in any component type (KHR_mesh_quantization
 /// included), transformed as KHR_texture_transform says; sparse accessors; compression by
 /// KHR_draco_mesh_compression and EXT_meshopt_compression; instances
-/// (EXT_mesh_gpu_instancing), each a node called `name[index]`; features of vertices
+/// (EXT_mesh_gpu_instancing), each a node called `name[index]`; vertex colours; features of vertices
 /// with their names (EXT_mesh_features by attribute, EXT_structural_metadata);
 /// metallic-roughness and specular-glossiness materials with PNG, JPEG, WebP and KTX2 textures
-/// (RGBA8, BC1 to BC5 and BC7; plain or Zstandard; also by KHR_texture_basisu).
+/// (RGB8, RGBA8, BC1 to BC5, BC7 and Basis Universal; plain or Zstandard; also by
+/// KHR_texture_basisu).
 ///
 /// What is not shown is not at fault: elements are parsed once something shown names them. An
 /// image that cannot be had is shown as a checker, a larger one than the limits scaled down, a
@@ -171,15 +176,16 @@ fn import(
             notes.add("mesh without triangles skipped");
         }
     }
-    let decoded = images::load(&materials.images, &buffers, limits, &mut notes);
+    let mut decoded = images::load(&materials.images, &buffers, limits, &mut notes);
     materials.drop_roughness_textures(&decoded.placeholders);
     let mut report = ImportReport::default();
     let cached = cache.map(|cache| CachedContent::new(cache, &buffers));
     let mut builder = Builder::new(checker, cached);
     let (mut meshes, mut features) = (Vec::new(), Vec::new());
     let mut model_mesh = vec![None; document.meshes.len()];
+    let mut colors = ColorMaterials::new(&mut materials.materials, &mut decoded.textures);
     for mesh in shown {
-        let (built, names, welded) = builder.build(mesh)?;
+        let (built, names, welded) = builder.build(mesh, &mut colors, &mut notes)?;
         model_mesh[mesh] = Some(meshes.len() as u32);
         meshes.push(built);
         features.push(names);

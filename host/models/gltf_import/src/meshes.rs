@@ -16,13 +16,15 @@ use crate::features::{FeatureIds, FeatureNamer, NameTables};
 use crate::limits::{MAX_SHARING, MIN_ALLOWANCE};
 use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 use crate::name_table::NameTable;
-use crate::primitives::{Primitive, PrimitivePlace, UvMapping, is_coordinate};
+use crate::primitives::{Morph, Primitive, PrimitivePlace, UvMapping, is_coordinate};
 use crate::report::Notes;
 use crate::schema;
+use crate::vertex_colors::ColorMaterials;
 
 const SKIPPED_FEATURES: &str =
     "set of feature ids skipped: only the first one by a vertex attribute is read";
 const ASTRAY: &str = "triangle left out: a corner is no coordinate, or beyond all of them";
+const LINE_ASTRAY: &str = "line or point left out: an end is no coordinate, or beyond all of them";
 const UNNAMED_FEATURES: &str =
     "property table without a column of strings that its class declares: its features are numbered";
 
@@ -50,19 +52,21 @@ impl<'a> Source<'a> {
         &'a self,
         mesh: usize,
         mut visit: impl FnMut(
-            &schema::Primitive<'a>,
+            &schema::Primitive,
             Option<Primitive<'a>>,
             PrimitivePlace,
         ) -> Result<(), ImportError>,
     ) -> Result<(), ImportError> {
         let document = self.buffers.document();
         let json: schema::Mesh<'a> = document.meshes.parse(mesh, || format!("/meshes/{mesh}"))?;
+        let weights: Vec<f32> =
+            json.weights.unwrap_or_default().0.into_iter().map(|weight| weight.0).collect();
         for (index, part) in json.primitives.unwrap_or_default().0.into_iter().enumerate() {
             let place = PrimitivePlace { mesh, primitive: index };
-            let json: schema::Primitive<'a> = document.parse(part, || place.pointer(""))?;
+            let json: schema::Primitive = document.parse(part, || place.pointer(""))?;
             let material = json.material.map_or(usize::MAX, |material| material.index());
             let mapping = self.mappings.get(material).copied().unwrap_or_default();
-            let primitive = Primitive::new(self, &json, mapping, place)?;
+            let primitive = Primitive::new(self, &json, (mapping, &weights), place)?;
             visit(&json, primitive, place)?;
         }
         Ok(())
@@ -79,7 +83,7 @@ pub(crate) fn used_materials(
         let json: schema::Mesh<'_> = document.meshes.parse(mesh, || format!("/meshes/{mesh}"))?;
         for (primitive, part) in json.primitives.unwrap_or_default().0.into_iter().enumerate() {
             let place = PrimitivePlace { mesh, primitive };
-            let json: schema::Primitive<'_> = document.parse(part, || place.pointer(""))?;
+            let json: schema::Primitive = document.parse(part, || place.pointer(""))?;
             if let Some(used) = json.material.and_then(|material| used.get_mut(material.index())) {
                 *used = true;
             }
@@ -128,7 +132,7 @@ impl<'a> Checker<'a> {
         let source = self.source;
         source.primitives(mesh, |json, primitive, place| {
             let Some(mut primitive) = primitive else {
-                notes.add("primitive of points, lines or no positions skipped");
+                notes.add("primitive without positions skipped");
                 return Ok(());
             };
             primitive.note(json, notes);
@@ -167,7 +171,8 @@ impl<'a> Checker<'a> {
         notes: &mut Notes,
     ) -> Result<(), ImportError> {
         let vertices = primitive.positions.count;
-        for other in [&primitive.normals, &primitive.uvs].into_iter().flatten() {
+        let Primitive { normals, uvs, colors, .. } = &*primitive;
+        for other in [normals, uvs, colors].into_iter().flatten() {
             if self.other.insert(other.key) {
                 self.visit(other)?;
                 other.check_sparse()?;
@@ -197,8 +202,15 @@ impl<'a> Checker<'a> {
                 self.restarts.insert((place.mesh, place.primitive), restart);
             }
         }
-        if !is_sane {
-            notes.add_many(ASTRAY, primitive.count_astray());
+        for accessor in primitive.morphs.iter().flat_map(Morph::accessors) {
+            if self.other.insert(accessor.key) {
+                self.visit(accessor)?;
+                accessor.check_sparse()?;
+            }
+        }
+        if !is_sane || !primitive.morphs.is_empty() {
+            let note = if primitive.is_thin() { LINE_ASTRAY } else { ASTRAY };
+            notes.add_many(note, primitive.count_astray());
         }
         Ok(())
     }
@@ -313,11 +325,19 @@ impl<'a> Builder<'a> {
     }
 
     /// Builds a mesh, from the cache if possible.
-    pub(crate) fn build(&mut self, mesh: usize) -> Result<CachedMesh, ImportError> {
+    pub(crate) fn build(
+        &mut self,
+        mesh: usize,
+        colors: &mut ColorMaterials<'_>,
+        notes: &mut Notes,
+    ) -> Result<CachedMesh, ImportError> {
         let here = || format!("/meshes/{mesh}");
         let primitives = self.primitives(mesh)?;
         let triangles: usize = primitives.iter().map(Primitive::triangle_count).sum();
-        let cached = self.cached.as_ref().filter(|_| triangles >= MIN_CACHED_TRIANGLES);
+        // Colours decide materials of the whole model, which a cached mesh does not bring.
+        let is_colored = primitives.iter().any(|primitive| primitive.colors.is_some());
+        let is_large = triangles >= MIN_CACHED_TRIANGLES && !is_colored;
+        let cached = self.cached.as_ref().filter(|_| is_large);
         if let Some(built) = cached.and_then(|cached| cached.find(mesh)) {
             self.namer.count(built.1.len()).map_err(|fault| fault.at(here()))?;
             return Ok(built);
@@ -326,6 +346,15 @@ impl<'a> Builder<'a> {
         let tables: Vec<_> = primitives.iter().map(table).collect();
         let mut read: Vec<_> = primitives.iter().map(Primitive::read).collect();
         let names = self.namer.name(&mut read, &tables).map_err(|f| f.at(here()))?;
+        if is_colored {
+            let colored = read.into_iter().zip(&primitives).flat_map(|(raw, primitive)| {
+                match primitive.read_colors() {
+                    Some(of_vertices) => colors.split(raw, of_vertices, notes),
+                    None => vec![raw],
+                }
+            });
+            read = colored.collect();
+        }
         let (welded, report) =
             weld(&read).map_err(|e| ImportFault::Invalid(e.to_string()).at(here()))?;
         drop(read);
@@ -343,7 +372,7 @@ impl<'a> Builder<'a> {
                 let key = (place.mesh, place.primitive);
                 primitive.restart = self.restarts.get(&key).copied();
                 let is_sane = self.sane_positions.get(&primitive.positions.key);
-                primitive.is_astray = is_sane == Some(&false);
+                primitive.is_astray = is_sane == Some(&false) || !primitive.morphs.is_empty();
                 primitives.push(primitive);
             }
             Ok(())

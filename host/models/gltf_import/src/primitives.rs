@@ -1,9 +1,9 @@
 //! Primitives: the accessors of one primitive, and its triangles.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use busbar_geometry::RawPrimitive;
-use glam::{Affine2, Vec2, Vec3};
+use glam::{Affine2, Vec2, Vec3, Vec4};
 
 use crate::accessor::{Accessor, AccessorKey};
 use crate::buffers::Buffers;
@@ -15,12 +15,17 @@ use crate::limits::MAX_COORDINATE;
 use crate::meshes::Source;
 use crate::report::Notes;
 use crate::schema::{self, ComponentType, Shape};
+use crate::tubes::{TRIANGLES_OF_TUBE, Tubes};
 
 use ComponentType::{F32, I8, I16, U8, U16, U32};
 
 /// Mode of a primitive (glTF 2.0, section 3.7.2.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mode {
+    Points,
+    Lines,
+    LineLoop,
+    LineStrip,
     Triangles,
     TriangleStrip,
     TriangleFan,
@@ -39,16 +44,32 @@ pub(crate) struct Primitive<'a> {
     pub(crate) normals: Option<Accessor<'a>>,
     pub(crate) uvs: Option<Accessor<'a>>,
     uv_transform: Option<Affine2>,
+    pub(crate) colors: Option<Accessor<'a>>,
     pub(crate) features: Option<FeatureIds<'a>>,
     pub(crate) indices: Option<Accessor<'a>>,
     material: Option<u32>,
     mode: Mode,
+    /// Morph targets whose weights are not zero.
+    pub(crate) morphs: Vec<Morph<'a>>,
     /// Index at which a strip or fan begins anew, if there is any.
     pub(crate) restart: Option<u32>,
     /// Some positions are no coordinates.
     pub(crate) is_astray: bool,
     /// Attributes that have too few elements to be used.
     short_attributes: usize,
+}
+
+/// A morph target, and how much of it is shown.
+pub(crate) struct Morph<'a> {
+    weight: f32,
+    positions: Option<Accessor<'a>>,
+    normals: Option<Accessor<'a>>,
+}
+
+impl<'a> Morph<'a> {
+    pub(crate) fn accessors(&self) -> impl Iterator<Item = &Accessor<'a>> {
+        self.positions.iter().chain(&self.normals)
+    }
 }
 
 /// Position of a primitive in the file.
@@ -65,15 +86,19 @@ impl PrimitivePlace {
 }
 
 impl<'a> Primitive<'a> {
-    /// Describes a primitive; `None` for points and lines, which have no triangles.
+    /// Describes a primitive; `None` for one without positions. `weights` are those of its morph
+    /// targets.
     pub(crate) fn new(
         source: &'a Source<'a>,
-        primitive: &schema::Primitive<'_>,
-        mapping: UvMapping,
+        primitive: &schema::Primitive,
+        (mapping, weights): (UvMapping, &[f32]),
         place: PrimitivePlace,
     ) -> Result<Option<Self>, ImportError> {
         let mode = match primitive.mode.map_or(4, |mode| mode.0) {
-            0..=3 => return Ok(None),
+            0 => Mode::Points,
+            1 => Mode::Lines,
+            2 => Mode::LineLoop,
+            3 => Mode::LineStrip,
             4 => Mode::Triangles,
             5 => Mode::TriangleStrip,
             6 => Mode::TriangleFan,
@@ -108,6 +133,7 @@ impl<'a> Primitive<'a> {
         };
         let normals = attribute("NORMAL", NORMAL)?;
         let uvs = attribute(&format!("TEXCOORD_{}", mapping.set), UV)?;
+        let colors = attribute("COLOR_0", COLOR)?;
         let features = primitive
             .features()
             .map(|found| feature_ids(buffers, metadata, (&found, draco.as_ref()), place))
@@ -127,6 +153,25 @@ impl<'a> Primitive<'a> {
             let what = format!("attributes of {vertices} and {ids} vertices");
             return Err(ImportFault::Invalid(what).at(place.pointer("/attributes")));
         }
+        let mut morphs = Vec::new();
+        let targets = primitive.targets.as_ref().map_or(&[][..], |targets| &targets.0);
+        for (index, (target, &weight)) in targets.iter().zip(weights).enumerate() {
+            if weight == 0.0 {
+                continue;
+            }
+            let displacements = |name: &str, rule: &AccessorRule| {
+                let Some((_, of)) = target.0.iter().find(|(known, _)| known == name) else {
+                    return Ok(None);
+                };
+                let named_by = || place.pointer(&format!("/targets/{index}/{name}"));
+                let accessor = Accessor::new(buffers, of.index(), named_by)?;
+                rule.check(&accessor, named_by)?;
+                Ok(Some(accessor).filter(|accessor| accessor.count >= positions.count))
+            };
+            let (moved, turned) =
+                (displacements("POSITION", &POSITION)?, displacements("NORMAL", &NORMAL)?);
+            morphs.push(Morph { weight, positions: moved, normals: turned });
+        }
         let mut short_attributes = 0;
         let mut whole = |accessor: Option<Accessor<'a>>| {
             let is_short = accessor.is_some_and(|accessor| accessor.count < positions.count);
@@ -138,14 +183,22 @@ impl<'a> Primitive<'a> {
             normals: whole(normals),
             uvs: whole(uvs),
             uv_transform: mapping.transform,
+            // Integers are shares of the largest, though some exporters do not say so.
+            colors: whole(colors).map(Accessor::into_normalized),
             features,
             indices,
             material: primitive.material.map(|material| material.0),
             mode,
+            morphs,
             restart: None,
             is_astray: false,
             short_attributes,
         }))
+    }
+
+    /// Reports whether the primitive is of lines or points.
+    pub(crate) fn is_thin(&self) -> bool {
+        self.mode.is_thin()
     }
 
     /// Returns how many triangles the primitive makes at most.
@@ -154,10 +207,9 @@ impl<'a> Primitive<'a> {
     }
 
     /// Adds remarks on skipped attributes.
-    pub(crate) fn note(&self, primitive: &schema::Primitive<'_>, notes: &mut Notes) {
-        let colored = primitive.attribute("COLOR_0").is_some();
-        notes.add_many("set of vertex colours ignored", colored.into());
-        notes.add_many("set of morph targets ignored", primitive.targets.is_some().into());
+    pub(crate) fn note(&self, primitive: &schema::Primitive, notes: &mut Notes) {
+        let further = primitive.attribute("COLOR_1").is_some();
+        notes.add_many("further set of vertex colours ignored", further.into());
         let odd = self.mode == Mode::Triangles && !self.corner_count().is_multiple_of(3);
         notes.add_many("primitive with corners left over after its last triangle", odd.into());
         notes.add_many("attribute with too few elements ignored", self.short_attributes);
@@ -173,23 +225,83 @@ impl<'a> Primitive<'a> {
         }
     }
 
-    /// Counts triangles that name a vertex whose position is no coordinate.
+    /// Counts triangles or lines that name a vertex whose position is no coordinate.
     pub(crate) fn count_astray(&self) -> usize {
-        let astray = |corners: &[u32; 3]| !corners.iter().all(|&corner| self.is_placed(corner));
-        self.triangles().iter().filter(|corners| astray(corners)).count()
+        let placed = |corner: &u32| self.is_placed(*corner);
+        if self.mode.is_thin() {
+            let lines = self.segments();
+            return lines.iter().filter(|ends| !ends.iter().all(placed)).count();
+        }
+        self.triangles().iter().filter(|corners| !corners.iter().all(placed)).count()
     }
 
     fn is_placed(&self, vertex: u32) -> bool {
-        is_coordinate(self.positions.floats_at(vertex as usize))
+        is_coordinate(self.position(vertex as usize).to_array())
+    }
+
+    /// Returns the position of a vertex, morphed.
+    fn position(&self, vertex: usize) -> Vec3 {
+        let base = Vec3::from_array(self.positions.floats_at(vertex));
+        self.morphs.iter().fold(base, |position, morph| {
+            let moved = morph.positions.map(|of| Vec3::from_array(of.floats_at(vertex)));
+            position + moved.unwrap_or_default() * morph.weight
+        })
+    }
+
+    /// Returns the normal of a vertex, morphed.
+    fn normal(&self, normals: &Accessor<'_>, vertex: usize) -> Vec3 {
+        let base = Vec3::from_array(normals.floats_at(vertex));
+        self.morphs.iter().fold(base, |normal, morph| {
+            let turned = morph.normals.map(|of| Vec3::from_array(of.floats_at(vertex)));
+            normal + turned.unwrap_or_default() * morph.weight
+        })
+    }
+
+    /// Returns the lines as pairs of vertices; a point is a line to itself.
+    fn segments(&self) -> Vec<[u32; 2]> {
+        let count = self.corner_count();
+        let corners: Vec<u32> = match &self.indices {
+            Some(indices) => (0..count).map(|i| indices.index_at(i)).collect(),
+            None => (0..count as u32).collect(),
+        };
+        let runs = corners.split(|&corner| self.restart == Some(corner));
+        let mut segments = Vec::new();
+        for run in runs {
+            match self.mode {
+                Mode::Points => segments.extend(run.iter().map(|&corner| [corner; 2])),
+                Mode::Lines => segments.extend_from_slice(run.as_chunks().0),
+                _ => segments.extend(run.array_windows().copied()),
+            }
+            if let (Mode::LineLoop, [first, .., last]) = (self.mode, run) {
+                segments.push([*last, *first]);
+            }
+        }
+        segments
+    }
+
+    /// Returns tubes around lines and points; `None` for triangles.
+    fn tubes(&self) -> Option<Tubes> {
+        let placed = |corner: &u32| self.is_placed(*corner);
+        self.mode.is_thin().then(|| {
+            let mut segments = self.segments();
+            segments.retain(|ends| ends.iter().all(placed));
+            Tubes::new(&segments, |vertex| self.position(vertex))
+        })
     }
 
     /// Reads it. Of more vertices than corners only the named ones are read:
     /// exporters share one vertex array between many primitives.
     pub(crate) fn read(&self) -> RawPrimitive {
-        let mut triangles = self.triangles();
-        if self.is_astray {
-            triangles.retain(|corners| corners.iter().all(|&corner| self.is_placed(corner)));
+        if let Some(tubes) = self.tubes() {
+            let Tubes { sources, offsets, triangles } = tubes;
+            let mut read = self.read_vertices(sources.iter().copied(), triangles);
+            for (position, offset) in read.positions.iter_mut().zip(&offsets) {
+                *position += *offset;
+            }
+            read.normals = offsets.into_iter().map(Vec3::normalize_or_zero).collect();
+            return read;
         }
+        let mut triangles = self.placed_triangles();
         let corners = triangles.len() * 3;
         if self.positions.count <= corners {
             return self.read_vertices(0..self.positions.count, triangles);
@@ -205,12 +317,48 @@ impl<'a> Primitive<'a> {
         self.read_vertices(vertices.into_iter(), triangles)
     }
 
+    /// Reads the colours of the vertices that [`Self::read`] reads, linear; `None` without any.
+    pub(crate) fn read_colors(&self) -> Option<Vec<Vec4>> {
+        let colors = self.colors?;
+        let has_alpha = colors.shape == Shape::Vec4;
+        let tubes = self.tubes();
+        let color = |values: [f32; 4]| {
+            let color = Vec4::from_array(values);
+            if has_alpha { color } else { color.with_w(1.0) }
+        };
+        if let Some(tubes) = tubes {
+            return Some(colors.floats(tubes.sources.into_iter(), color));
+        }
+        let triangles = self.placed_triangles();
+        if self.positions.count <= triangles.len() * 3 {
+            return Some(colors.floats(0..self.positions.count, color));
+        }
+        let mut seen = HashSet::new();
+        let corners = triangles.as_flattened().iter();
+        let named = corners.filter(|&&corner| seen.insert(corner)).map(|&corner| corner as usize);
+        Some(colors.floats(named, color))
+    }
+
+    /// Returns the triangles whose corners all are coordinates.
+    fn placed_triangles(&self) -> Vec<[u32; 3]> {
+        let mut triangles = self.triangles();
+        if self.is_astray {
+            triangles.retain(|corners| corners.iter().all(|&corner| self.is_placed(corner)));
+        }
+        triangles
+    }
+
     fn read_vertices(
         &self,
         vertices: impl ExactSizeIterator<Item = usize> + Clone,
         triangles: Vec<[u32; 3]>,
     ) -> RawPrimitive {
+        let is_morphed = !self.morphs.is_empty();
         let normals = self.normals.map(|normals| {
+            if is_morphed {
+                let morphed = |vertex| unit_normal(self.normal(&normals, vertex));
+                return vertices.clone().map(morphed).collect();
+            }
             normals.floats(vertices.clone(), |normal| unit_normal(Vec3::from_array(normal)))
         });
         let uvs = self.uvs.map(|uvs| match self.uv_transform {
@@ -223,7 +371,10 @@ impl<'a> Primitive<'a> {
         let features =
             self.features.map(|features| vertices.clone().map(|v| features.at(v)).collect());
         RawPrimitive {
-            positions: self.positions.floats(vertices.clone(), Vec3::from_array),
+            positions: match is_morphed {
+                true => vertices.clone().map(|vertex| self.position(vertex)).collect(),
+                false => self.positions.floats(vertices.clone(), Vec3::from_array),
+            },
             normals: normals.unwrap_or_default(),
             uvs: uvs.unwrap_or_default(),
             features: features.unwrap_or_default(),
@@ -257,8 +408,16 @@ impl<'a> Primitive<'a> {
 }
 
 impl Mode {
+    /// Reports whether it makes points or lines.
+    fn is_thin(self) -> bool {
+        matches!(self, Self::Points | Self::Lines | Self::LineLoop | Self::LineStrip)
+    }
+
     fn triangle_count(self, corners: usize) -> usize {
         match self {
+            Self::Points | Self::LineLoop => corners.saturating_mul(TRIANGLES_OF_TUBE),
+            Self::LineStrip => corners.saturating_sub(1).saturating_mul(TRIANGLES_OF_TUBE),
+            Self::Lines => (corners / 2).saturating_mul(TRIANGLES_OF_TUBE),
             Self::TriangleStrip | Self::TriangleFan => corners.saturating_sub(2),
             Self::Triangles => corners / 3,
         }
@@ -269,7 +428,7 @@ impl Mode {
         match self {
             Self::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
             Self::TriangleFan => [i + 1, i + 2, 0],
-            Self::Triangles => [3 * i, 3 * i + 1, 3 * i + 2],
+            _ => [3 * i, 3 * i + 1, 3 * i + 2],
         }
     }
 }
@@ -293,7 +452,7 @@ impl<'a> DracoSource<'a> {
     /// read so: they are the substitute for viewers without Draco.
     fn new(
         source: &'a Source<'a>,
-        primitive: &schema::Primitive<'_>,
+        primitive: &schema::Primitive,
         place: PrimitivePlace,
     ) -> Result<Option<Self>, ImportError> {
         let extensions = primitive.extensions.as_ref();
@@ -386,26 +545,31 @@ fn feature_ids<'a>(
 /// KHR_mesh_quantization).
 struct AccessorRule {
     what: &'static str,
-    shape: Shape,
+    shapes: &'static [Shape],
     component_types: &'static [ComponentType],
 }
 
 const POSITION: AccessorRule = AccessorRule {
     what: "positions",
-    shape: Shape::Vec3,
+    shapes: &[Shape::Vec3],
     component_types: &[F32, I8, U8, I16, U16],
 };
 const NORMAL: AccessorRule =
-    AccessorRule { what: "normals", shape: Shape::Vec3, component_types: &[F32, I8, I16] };
+    AccessorRule { what: "normals", shapes: &[Shape::Vec3], component_types: &[F32, I8, I16] };
 const UV: AccessorRule =
-    AccessorRule { what: "UVs", shape: Shape::Vec2, component_types: &[F32, I8, U8, I16, U16] };
+    AccessorRule { what: "UVs", shapes: &[Shape::Vec2], component_types: &[F32, I8, U8, I16, U16] };
+const COLOR: AccessorRule = AccessorRule {
+    what: "vertex colours",
+    shapes: &[Shape::Vec3, Shape::Vec4],
+    component_types: &[F32, U8, U16],
+};
 const FEATURE_ID: AccessorRule = AccessorRule {
     what: "feature ids",
-    shape: Shape::Scalar,
+    shapes: &[Shape::Scalar],
     component_types: &[F32, U8, U16, U32],
 };
 const INDEX: AccessorRule =
-    AccessorRule { what: "indices", shape: Shape::Scalar, component_types: &[U8, U16, U32] };
+    AccessorRule { what: "indices", shapes: &[Shape::Scalar], component_types: &[U8, U16, U32] };
 
 impl AccessorRule {
     fn check(
@@ -414,7 +578,7 @@ impl AccessorRule {
         place: impl FnOnce() -> String,
     ) -> Result<(), ImportError> {
         let (shape, component_type) = (accessor.shape, accessor.component_type);
-        if shape == self.shape && self.component_types.contains(&component_type) {
+        if self.shapes.contains(&shape) && self.component_types.contains(&component_type) {
             return Ok(());
         }
         let what = format!("{} cannot be {} of {}", self.what, shape.name(), component_type.name());

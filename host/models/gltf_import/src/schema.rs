@@ -257,24 +257,25 @@ pub(crate) struct Mesh<'a> {
     /// Texts of the primitives.
     #[serde(borrow, default)]
     pub(crate) primitives: Option<List<&'a RawValue, MAX_PRIMITIVES>>,
+    /// Default weights of the morph targets.
+    pub(crate) weights: Option<List<Real>>,
 }
 
 #[derive(Deserialize)]
 #[serde(expecting = "an object")]
-pub(crate) struct Primitive<'a> {
+pub(crate) struct Primitive {
     /// Accessors of the attributes, by name.
     #[serde(default)]
     pub(crate) attributes: Option<Members<Whole>>,
     pub(crate) indices: Option<Whole>,
     pub(crate) material: Option<Whole>,
     pub(crate) mode: Option<Whole>,
-    /// Texts of the morph targets.
-    #[serde(borrow, default)]
-    pub(crate) targets: Option<List<&'a RawValue>>,
+    /// Morph targets: accessors of displacements, by the name of the attribute.
+    pub(crate) targets: Option<List<Members<Whole>>>,
     pub(crate) extensions: Option<PrimitiveExtensions>,
 }
 
-impl Primitive<'_> {
+impl Primitive {
     /// Returns the accessor of an attribute.
     pub(crate) fn attribute(&self, name: &str) -> Option<Whole> {
         let mut attributes = self.attributes.iter().flat_map(|attributes| &attributes.0);

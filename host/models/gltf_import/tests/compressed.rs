@@ -273,3 +273,26 @@ fn instances_from_nothing_are_bounded() {
         assert!(refused(&builder).to_string().contains(expected));
     }
 }
+
+#[test]
+fn altered_meshoptimizer_views_never_panic() {
+    let mut random = 7_u64;
+    let whole = meshopt();
+    let document = whole.document();
+    let uri = document["buffers"][0]["uri"].as_str().unwrap().to_owned();
+    for _ in 0..1500 {
+        let mut altered: Vec<u8> = uri.clone().into_bytes();
+        let start = uri.find("base64,").unwrap() + 7;
+        for _ in 0..3 {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let at = start + (random >> 33) as usize % (altered.len() - start - 4);
+            altered[at] = b"ABCDwxyz0189+/Zf"[(random >> 20) as usize % 16];
+        }
+        let mut document = document.clone();
+        document["buffers"][0]["uri"] = json!(String::from_utf8(altered).unwrap());
+        document["buffers"][1] = whole.json["buffers"][1].clone();
+        if let Err(error) = import(document.to_string().as_bytes()) {
+            assert!(!matches!(error.fault, ImportFault::Panicked(_)), "{error}");
+        }
+    }
+}

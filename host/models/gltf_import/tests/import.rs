@@ -313,12 +313,10 @@ fn large_pngs_are_read_whole() {
 #[test]
 fn what_has_no_place_is_skipped_and_said() {
     let mut builder = Builder::square();
-    let line = json!({ "attributes": { "POSITION": 0 }, "mode": 1 });
-    let cloud = json!({ "attributes": { "POSITION": 0, "COLOR_0": 0 }, "mode": 0 });
-    builder.json["meshes"][0]["primitives"].as_array_mut().unwrap().extend([line, cloud]);
-    builder.primitive()["targets"] = json!([{ "POSITION": 0 }]);
-    builder.primitive()["attributes"]["COLOR_0"] = json!(0);
+    let nothing = json!({ "attributes": {}, "mode": 1 });
+    builder.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(nothing);
     builder.primitive()["attributes"]["_TEMPERATURE"] = json!(0);
+    builder.primitive()["attributes"]["COLOR_1"] = json!(0);
     common::push(&mut builder.json["meshes"], json!({ "primitives": [] }));
     builder.json["cameras"] = json!([{ "type": "perspective",
         "perspective": { "yfov": 1.0, "znear": 0.1 } }]);
@@ -327,15 +325,31 @@ fn what_has_no_place_is_skipped_and_said() {
     let imported = builder.import();
     assert_eq!(triangles(&imported), corners(HALVES));
     for expected in [
-        "2 x primitive of points, lines",
-        "1 x set of morph targets",
-        "1 x set of vertex colours",
+        "1 x primitive without positions",
+        "1 x further set of vertex colours",
         "1 x camera",
         "1 x mesh skipped: no node shows it",
         "extension 'KHR_lights_punctual' ignored",
     ] {
         assert!(note(&imported, expected), "{expected}: {:?}", imported.report.notes);
     }
+}
+
+#[test]
+fn morph_targets_are_shown_at_their_default_weights() {
+    let mut builder = Builder::square();
+    let up = builder.accessor(&floats(&[0., 0., 2.].repeat(4)), 5126, "VEC3", 4);
+    let right = builder.accessor(&floats(&[4., 0., 0.].repeat(4)), 5126, "VEC3", 4);
+    let never = json!({ "POSITION": 99 });
+    builder.primitive()["targets"] = json!([{ "POSITION": up }, never, { "POSITION": right }]);
+    let shift = |builder: &Builder| builder.import().model.meshes[0].positions[0];
+    assert_eq!(shift(&builder), Vec3::ZERO);
+    builder.json["meshes"][0]["weights"] = json!([0.5, 0, 0.25]);
+    assert_eq!(shift(&builder), Vec3::new(1.0, 0.0, 1.0));
+    let far = builder.accessor(&floats(&[f32::MAX; 12]), 5126, "VEC3", 4);
+    builder.primitive()["targets"][0]["POSITION"] = json!(far);
+    let imported = builder.import();
+    assert!(triangles(&imported).is_empty() && note(&imported, "2 x triangle left out"));
 }
 
 #[test]

@@ -450,3 +450,43 @@ fn specular_glossiness_is_converted() {
     let gold = of(json!({ "diffuseFactor": [0, 0, 0, 1], "specularFactor": [1.0, 0.8, 0.3] }));
     assert!(gold.metallic > 0.9 && gold.base_color[2] < 0.4, "{gold:?}");
 }
+
+#[test]
+fn one_image_named_often_is_decoded_a_few_times() {
+    let mut png = Vec::new();
+    let pixels = image::GrayImage::new(1024, 1024);
+    pixels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+    let mut builder = square_with_image(&png);
+    let count = 50;
+    builder.json["images"] = json!(vec![builder.json["images"][0].clone(); count]);
+    builder.json["textures"] = (0..count).map(|image| json!({ "source": image })).collect();
+    let material = |i| json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": i } } });
+    builder.json["materials"] = (0..count).map(material).collect();
+    let primitive = |i| json!({ "attributes": { "POSITION": 0 }, "indices": 1, "material": i });
+    builder.json["meshes"][0]["primitives"] = (0..count).map(primitive).collect();
+    let limits = ImportLimits { max_texture_pixels: 1 << 20, ..ImportLimits::default() };
+    let imported = import_bytes(&builder.bytes(), None, &limits).unwrap();
+    let textures = &imported.model.textures;
+    assert_eq!(textures.len(), count);
+    let pixels: u32 = textures.iter().map(|texture| texture.width * texture.height).sum();
+    assert!(pixels <= 1 << 20, "{pixels}");
+    let checkers = textures.iter().filter(|texture| texture.width == 16).count();
+    assert!((40..count).contains(&checkers), "{checkers}");
+}
+
+#[test]
+fn embedded_buffers_are_parsed_once() {
+    // Fifty megabytes of text, which a thousand accessors are in.
+    let mut builder = Builder::square();
+    builder.view(&vec![0; 36 << 20]);
+    let square = builder.json["accessors"].clone();
+    let primitive = |i: usize| json!({ "attributes": { "POSITION": 2 * i }, "indices": 2 * i + 1 });
+    builder.json["accessors"] = (0..500).flat_map(|_| square.as_array().unwrap().clone()).collect();
+    builder.json["meshes"][0]["primitives"] = (0..500).map(primitive).collect();
+    let bytes = builder.bytes();
+    let start = std::time::Instant::now();
+    let imported = import(&bytes).unwrap();
+    assert_eq!(triangles(&imported), 1000);
+    // Parsing it a thousand times takes a minute.
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}

@@ -2,6 +2,7 @@
 
 #![allow(dead_code, unreachable_pub)] // Each test binary uses a part.
 
+pub mod basis;
 pub mod hostile;
 pub mod ktx2;
 
