@@ -29,7 +29,7 @@ pub struct OptimizedModel {
 #[derive(Debug, Error)]
 pub enum OptimizeError {
     /// Error of the model file.
-    #[error("{0}")]
+    #[error(transparent)]
     Import(#[from] ImportError),
     /// Error of the plugin.
     #[error("{error}\n  remedy: {}", error.remedy())]
@@ -38,7 +38,7 @@ pub enum OptimizeError {
         error: PluginError,
     },
     /// The result cannot be written.
-    #[error("{0}")]
+    #[error(transparent)]
     Export(#[from] ExportError),
 }
 

@@ -68,7 +68,7 @@ pub struct ImportedScene {
 #[derive(Debug, Error)]
 pub enum SceneImportError {
     /// Error of the model file.
-    #[error("{0}")]
+    #[error(transparent)]
     Model(#[from] ImportError),
     /// The model's names make no scene.
     #[error("{fault}\n  remedy: {}", fault.remedy())]
@@ -77,7 +77,7 @@ pub enum SceneImportError {
         fault: SceneError,
     },
     /// More nodes than tags are matched with.
-    #[error("{0}")]
+    #[error(transparent)]
     Nodes(#[from] TooManyNodes),
     /// The list cannot be opened.
     #[error("cannot read '{}': {fault}\n  remedy: check the path and its rights", file.display())]

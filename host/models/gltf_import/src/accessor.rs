@@ -39,7 +39,7 @@ pub(crate) enum AccessorKey {
 #[derive(Clone, Copy)]
 pub(crate) struct Accessor<'a> {
     pub(crate) index: usize,
-    /// Different for different data.
+    /// Identity of the data behind it.
     pub(crate) key: AccessorKey,
     pub(crate) count: usize,
     pub(crate) component_type: ComponentType,

@@ -9,6 +9,12 @@ use crate::limits::MIN_ALLOWANCE;
 use crate::nodes::unit_rotation;
 use crate::schema::{Instancing, Shape};
 
+/// Reports whether a node names places of instances at all.
+pub(crate) fn has_places(instancing: &Instancing) -> bool {
+    let mut names = instancing.attributes.0.iter().map(|(name, _)| name.as_str());
+    names.any(|name| ["TRANSLATION", "ROTATION", "SCALE"].contains(&name))
+}
+
 /// Reads the transforms of a node's instances, in the file's order; `node` is the node's place.
 pub(crate) fn read(
     instancing: &Instancing,

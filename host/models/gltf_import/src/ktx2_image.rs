@@ -130,7 +130,7 @@ impl Level<'_> {
         }
     }
 
-    /// Decodes Basis Universal.
+    /// Decodes the level from Basis Universal.
     fn transcode(&self) -> Result<Vec<u8>, ImportFault> {
         let broken = |reason| fault(&format!("Basis Universal: {reason:?}"));
         let file = match self.is_compressed {

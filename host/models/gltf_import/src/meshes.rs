@@ -100,13 +100,13 @@ pub(crate) struct Checker<'a> {
     visits: u64,
     /// Facts of accessors that have been gone through: many primitives share one.
     largest_indices: HashMap<AccessorKey, [u32; 2]>,
-    /// Whether all elements of an accessor are coordinates.
+    /// Answers by accessor: all of its elements are coordinates.
     sane_positions: HashMap<AccessorKey, bool>,
     other: HashSet<AccessorKey>,
     /// Feature ids by accessor, table and null id.
     sane_features: HashSet<(AccessorKey, Option<usize>, Option<u64>)>,
     tables: NameTables<'a>,
-    /// Of the primitives, by mesh and index.
+    /// Restart values by mesh and primitive.
     restarts: HashMap<(usize, usize), u32>,
 }
 

@@ -86,7 +86,7 @@ impl Layout {
         }
     }
 
-    /// Decompresses the view.
+    /// Decompresses the bytes of the view.
     pub(crate) fn decode(&self, packed: &[u8]) -> Result<Vec<u8>, ImportFault> {
         let decoded = match (self.codec, self.stride) {
             (Codec::Triangles, 2) => bytes_of(meshopt::decode_index_buffer(packed, self.count)),

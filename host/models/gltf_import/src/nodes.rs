@@ -226,10 +226,11 @@ impl Tree<'_, '_> {
             let (name, mesh) = (names.name_of(&node, index), node.mesh.map(|mesh| mesh.0));
             let extensions = node.extensions.as_ref();
             let instancing = extensions.and_then(|extensions| extensions.instancing.as_ref());
-            let instances = match instancing.filter(|_| mesh.is_some()) {
-                None => None,
-                Some(instancing) => Some(instances::read(instancing, buffers, &place())?),
-            };
+            let instances =
+                match instancing.filter(|of| mesh.is_some() && instances::has_places(of)) {
+                    None => None,
+                    Some(instancing) => Some(instances::read(instancing, buffers, &place())?),
+                };
             let own_mesh = if instances.is_some() { None } else { mesh };
             let added = 1 + instances.as_ref().map_or(0, Vec::len);
             let (count, limit) = ((shown.len() + added) as u64, limits.max_nodes.into());

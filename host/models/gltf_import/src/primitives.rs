@@ -53,7 +53,7 @@ pub(crate) struct Primitive<'a> {
     pub(crate) morphs: Vec<Morph<'a>>,
     /// Index at which a strip or fan begins anew, if there is any.
     pub(crate) restart: Option<u32>,
-    /// Some positions are no coordinates.
+    /// Mark of positions that are no coordinates.
     pub(crate) is_astray: bool,
     /// Attributes that have too few elements to be used.
     short_attributes: usize,

@@ -101,7 +101,7 @@ impl<'a> ColorMaterials<'a> {
             groups.push(Group { material, uvs: uvs.collect(), triangles });
         }
         notes.add_many(APPROXIMATED, coarse.into());
-        groups.into_iter().map(|group| group.of(&primitive)).collect()
+        groups.into_iter().map(|group| group.extract(&primitive)).collect()
     }
 
     /// Returns the material of a colour; `None` where there are too many.
@@ -308,7 +308,7 @@ fn encoded(light: f32) -> u8 {
 
 impl Group {
     /// Takes the group's triangles out of a primitive, with the vertices that they name.
-    fn of(self, primitive: &RawPrimitive) -> RawPrimitive {
+    fn extract(self, primitive: &RawPrimitive) -> RawPrimitive {
         let Self { material, mut triangles, uvs } = self;
         let mut part = RawPrimitive { material, ..RawPrimitive::default() };
         let mut new_of_old: HashMap<u32, u32> = HashMap::new();

@@ -253,6 +253,13 @@ fn instances_are_nodes_with_stable_names() {
 }
 
 #[test]
+fn without_places_a_mesh_is_shown_once() {
+    let mut builder = Builder::square();
+    builder.json["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": {} });
+    assert_eq!(builder.import().model.nodes[0].mesh, Some(0));
+}
+
+#[test]
 fn instances_from_nothing_are_bounded() {
     let mut builder = Builder::square();
     let zeros = json!({ "componentType": 5126, "type": "VEC3", "count": 900_000 });

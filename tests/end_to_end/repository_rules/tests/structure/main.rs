@@ -478,7 +478,8 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("libloading", &["busbar_plugin_check", "busbar_plugin_host"]),
     ("memmap2", &["busbar_plugin_process", "busbar_protocol"]),
     ("seccompiler", &["busbar_plugin_process"]),
-    ("gltf", &["busbar_gltf_import"]),
+    ("basisu", &["busbar_gltf_import"]),
+    ("draco-core", &["busbar_gltf_import"]),
     ("winit", &["busbar"]),
     ("egui-winit", &["busbar"]),
     ("csv-core", &["gas_analysis", "text_table"]),
@@ -491,8 +492,7 @@ const RESERVED: &[(&str, &[&str])] = &[
     ("tokio-postgres-rustls", &["sql_adapter"]),
 ];
 /// Reserved crates that others may use in tests and examples.
-const RESERVED_BUT_IN_TESTS: [(&str, &str); 2] =
-    [("gltf", "busbar_gltf_export"), ("winit", "busbar_renderer")];
+const RESERVED_BUT_IN_TESTS: [(&str, &str); 1] = [("winit", "busbar_renderer")];
 /// Crates that may have unsafe code: they call Vulkan or the system, speak the C ABI or
 /// share memory with other processes.
 const UNSAFE: [&str; 12] = [
