@@ -37,10 +37,11 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     packages::ensure(if window { Purpose::Window } else { Purpose::Picture })?;
     stage::build(workspace, Profile::Release)?;
     stage::stage(workspace, Profile::Release)?;
-    let station = Station::generate(workspace)?;
+    let station = Station::generate(workspace, Profile::Release)?;
     let scenario = arguments.scenario.as_deref().map(|name| station.scenario(name)).transpose()?;
     let live = station.live();
-    let _simulator = simulator::start_station(workspace, &live, scenario.as_deref())?;
+    let scenario = scenario.as_deref();
+    let _simulator = simulator::start_station(workspace, Profile::Release, &live, scenario)?;
     if window {
         show_window(workspace, &live)
     } else {

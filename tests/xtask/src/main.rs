@@ -21,6 +21,7 @@ mod pictures;
 mod process;
 mod python;
 mod references;
+mod rest;
 mod scan;
 mod simulator;
 mod sites;
@@ -71,6 +72,8 @@ enum Command {
     Bench(bench::Arguments),
     /// Measure frames beside other viewers.
     BenchRender(bench_render::Arguments),
+    /// Measure the processor time of a viewer with nothing to do.
+    Rest(rest::Arguments),
     /// Measure what the paper measured and judge what it says.
     Paper(paper::Arguments),
     /// Compare the calculations of plugins with independent ones.
@@ -111,6 +114,7 @@ fn run(command: Command) -> Result<()> {
         Command::Bench(arguments) => bench::run(&workspace, &arguments),
         Command::Paper(arguments) => paper::run(&workspace, &arguments),
         Command::References(arguments) => references::run(&workspace, &arguments),
+        Command::Rest(arguments) => rest::run(&workspace, &arguments),
         Command::Pictures => pictures::run(&workspace),
     }
 }

@@ -97,7 +97,7 @@ pub(crate) fn run(workspace: &Workspace) -> Result<()> {
     render_charts(workspace, &folder)?;
     let (name, options) = LINK_DOWN;
     render(workspace, options, &picture(&folder, name))?;
-    let _simulator = simulator::start_demo(workspace)?;
+    let _simulator = simulator::start_demo(workspace, Profile::Release, Path::new(SCENE))?;
     for (name, options) in RENDERED {
         render(workspace, options, &picture(&folder, name))?;
     }
@@ -142,7 +142,7 @@ fn render_view(workspace: &Workspace, view: &str, options: &[&str], out: &Path) 
 
 /// Generates the substation, renders it, and then each scenario of it.
 fn render_substation(workspace: &Workspace, pictures: &Path) -> Result<()> {
-    let station = Station::generate(workspace)?;
+    let station = Station::generate(workspace, Profile::Release)?;
     for (name, options) in SUBSTATION {
         let mut command = busbar(workspace);
         command.arg("render").arg(station.scene()).args(*options);
@@ -150,7 +150,8 @@ fn render_substation(workspace: &Workspace, pictures: &Path) -> Result<()> {
     }
     for (name, camera, seconds) in SCENARIOS {
         let (live, scenario) = (station.live(), station.scenario(name)?);
-        let _simulator = simulator::start_station(workspace, &live, Some(&scenario))?;
+        let _simulator =
+            simulator::start_station(workspace, Profile::Release, &live, Some(&scenario))?;
         let mut command = busbar(workspace);
         command.arg("render").arg(&live).args(["--camera", camera, "--seconds", seconds]);
         command.args(["--size", SCENARIO_SIZE]);

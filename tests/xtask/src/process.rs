@@ -165,6 +165,11 @@ impl Process {
         Ok(Self { name, child, own_group, lines })
     }
 
+    /// Returns the process id of the child.
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Waits until the child writes a line that `wanted` accepts.
     pub(crate) fn wait_for_line(
         &mut self,

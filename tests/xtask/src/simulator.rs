@@ -3,13 +3,13 @@
 use std::io::ErrorKind;
 use std::net::TcpListener;
 use std::path::Path;
+use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 
-use crate::demo::busbar;
 use crate::process::Process;
-use crate::workspace::Workspace;
+use crate::workspace::{Profile, Workspace};
 
 /// TCP ports of the simulated devices: that of `config/demo.json`, and the first gateway of the
 /// station.
@@ -20,23 +20,24 @@ const STATION_GATEWAYS: u16 = 5;
 /// Longest time from the simulator's start until it listens.
 const MAX_START: Duration = Duration::from_secs(20);
 
-/// Starts the device of `config/demo.json`; it listens when this returns, and ends when
-/// dropped.
-pub(crate) fn start_demo(workspace: &Workspace) -> Result<Process> {
-    start(workspace, Path::new(crate::pictures::SCENE), None, DEMO_PORT..DEMO_PORT + 1)
+/// Starts the device of `config/demo.json`, or of a scene made of it; it listens when this
+/// returns, and ends when dropped.
+pub(crate) fn start_demo(workspace: &Workspace, profile: Profile, scene: &Path) -> Result<Process> {
+    start((workspace, profile), scene, None, DEMO_PORT..DEMO_PORT + 1)
 }
 
 /// Starts the gateways of the generated station, with the events of a scenario.
 pub(crate) fn start_station(
     workspace: &Workspace,
+    profile: Profile,
     scene: &Path,
     scenario: Option<&Path>,
 ) -> Result<Process> {
-    start(workspace, scene, scenario, STATION_PORT..STATION_PORT + STATION_GATEWAYS)
+    start((workspace, profile), scene, scenario, STATION_PORT..STATION_PORT + STATION_GATEWAYS)
 }
 
 fn start(
-    workspace: &Workspace,
+    (workspace, profile): (&Workspace, Profile),
     scene: &Path,
     scenario: Option<&Path>,
     ports: std::ops::Range<u16>,
@@ -44,7 +45,8 @@ fn start(
     for port in ports.clone() {
         ensure_free(&format!("127.0.0.1:{port}"))?;
     }
-    let mut command = busbar(workspace);
+    let mut command = Command::new(workspace.program(profile, "busbar"));
+    command.current_dir(&workspace.root);
     command.arg("simulate").arg(scene);
     if let Some(scenario) = scenario {
         command.arg("--scenario").arg(scenario);

@@ -7,7 +7,7 @@ use anyhow::{Result, bail};
 
 use crate::process;
 use crate::stage;
-use crate::workspace::Workspace;
+use crate::workspace::{Profile, Workspace};
 
 /// Output folder of the generated station.
 const FOLDER: &str = "target/substation";
@@ -18,11 +18,11 @@ pub(crate) struct Station {
 }
 
 impl Station {
-    /// Generates the station and lends it the staged plugins.
-    pub(crate) fn generate(workspace: &Workspace) -> Result<Self> {
+    /// Generates the station by a program of a profile, and lends it the staged plugins.
+    pub(crate) fn generate(workspace: &Workspace, profile: Profile) -> Result<Self> {
         let folder = workspace.path(FOLDER);
         let mut generate = process::cargo();
-        generate.args(["run", "--release", "-p", "substation", "--"]).arg(&folder);
+        generate.args(["run", "--profile", profile.name(), "-p", "substation", "--"]).arg(&folder);
         process::run(generate.current_dir(&workspace.root))?;
         stage::link_plugins(workspace, &folder)?;
         Ok(Self { folder })

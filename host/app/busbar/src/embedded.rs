@@ -1,7 +1,5 @@
 //! Subcommand `busbar embedded`: the view of a host program, in its window or offscreen.
 
-mod parent_window;
-
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -17,12 +15,12 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::platform::x11::{EventLoopBuilderExtX11, WindowAttributesExtX11};
 use winit::window::{Window, WindowId};
 
-use self::parent_window::ParentEvent;
+use crate::x11_window_events::{self, X11WindowEvent};
 
 /// Period of frames without input, as in a window of the program's own.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
-/// Period of frames while nobody sees the window: short enough that the viewer is never taken for
+/// Period of steps while nobody sees the window: short enough that the viewer is never taken for
 /// dead.
 const HIDDEN_PERIOD: Duration = Duration::from_millis(300);
 
@@ -40,12 +38,8 @@ pub(crate) fn run() -> anyhow::Result<ExitCode> {
 enum Wake {
     /// Command of the host program.
     Command,
-    /// New size of the host program's window, pixels.
-    Resized([u32; 2]),
-    /// New visibility of the host program's window.
-    Shown(bool),
-    /// End of the host program's window.
-    Gone,
+    /// Event of the host program's window.
+    Window(X11WindowEvent),
 }
 
 fn in_window(mut embedded: ViewerServer, scene: LoadedScene, window: u32) -> anyhow::Result<()> {
@@ -56,14 +50,8 @@ fn in_window(mut embedded: ViewerServer, scene: LoadedScene, window: u32) -> any
     let proxy = event_loop.create_proxy();
     embedded.set_waker(move || drop(proxy.send_event(Wake::Command)));
     let proxy = event_loop.create_proxy();
-    let size = parent_window::watch(window, move |happened| {
-        let wake = match happened {
-            ParentEvent::Resized(size) => Wake::Resized(size),
-            ParentEvent::Shown(is_shown) => Wake::Shown(is_shown),
-            ParentEvent::Gone => Wake::Gone,
-        };
-        proxy.send_event(wake).is_ok()
-    });
+    let tell = move |event| proxy.send_event(Wake::Window(event)).is_ok();
+    let size = x11_window_events::watch(window, tell);
     let size = size.inspect_err(|error| embedded.report_failure(&format!("{error:#}")))?;
     let mut application = Application {
         embedded,
@@ -71,7 +59,8 @@ fn in_window(mut embedded: ViewerServer, scene: LoadedScene, window: u32) -> any
         parent: window,
         size,
         pane: None,
-        is_shown: true,
+        is_mapped: true,
+        is_covered: false,
         next_frame: Instant::now(),
         result: Ok(()),
     };
@@ -87,8 +76,10 @@ struct Application {
     /// Size of the host program's window, pixels.
     size: [u32; 2],
     pane: Option<Pane>,
-    /// Reports whether the host program's window is visible.
-    is_shown: bool,
+    /// False while the host program's window is not mapped, and nobody sees it.
+    is_mapped: bool,
+    /// True while others cover the host program's window.
+    is_covered: bool,
     next_frame: Instant,
     result: anyhow::Result<()>,
 }
@@ -116,9 +107,7 @@ impl ApplicationHandler<Wake> for Application {
     fn user_event(&mut self, event_loop: &ActiveEventLoop, wake: Wake) {
         match wake {
             Wake::Command => self.next_frame = self.next_frame.min(Instant::now() + BUSY_PERIOD),
-            Wake::Resized(size) => self.resize(size),
-            Wake::Shown(is_shown) => self.is_shown = is_shown,
-            Wake::Gone => event_loop.exit(),
+            Wake::Window(event) => self.follow_window(event_loop, event),
         }
     }
 
@@ -131,22 +120,22 @@ impl ApplicationHandler<Wake> for Application {
             // The host program's window took ours along.
             WindowEvent::CloseRequested | WindowEvent::Destroyed => event_loop.exit(),
             WindowEvent::Resized(size) => pane.viewer.resize([size.width, size.height]),
+            // Steps ask for none: the window was uncovered, and has lost its picture.
             WindowEvent::RedrawRequested => {
-                if let Err(error) = self.step() {
-                    self.fail(event_loop, error);
-                } else if self.pane.is_none() {
-                    event_loop.exit();
-                }
+                pane.viewer.invalidate_shown();
+                self.next_frame = self.next_frame.min(Instant::now());
             }
             _ => {}
         }
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        if Instant::now() >= self.next_frame
-            && let Some(pane) = &self.pane
-        {
-            pane.window.request_redraw();
+        if Instant::now() >= self.next_frame && self.pane.is_some() {
+            if let Err(error) = self.step() {
+                self.fail(event_loop, error);
+            } else if self.pane.is_none() {
+                event_loop.exit();
+            }
         }
         event_loop.set_control_flow(ControlFlow::WaitUntil(self.next_frame));
     }
@@ -168,6 +157,22 @@ impl Application {
         Ok(Pane { viewer, egui, window, trouble: None })
     }
 
+    /// Follows the host program's window.
+    fn follow_window(&mut self, event_loop: &ActiveEventLoop, event: X11WindowEvent) {
+        match event {
+            X11WindowEvent::Resized(size) => self.resize(size),
+            X11WindowEvent::Mapped(is_mapped) => self.is_mapped = is_mapped,
+            X11WindowEvent::Covered(is_covered) => self.is_covered = is_covered,
+            // Where it is no top-level window, no window manager tells.
+            X11WindowEvent::Iconified(_) => {}
+            X11WindowEvent::Gone => event_loop.exit(),
+        }
+        if let Some(pane) = &mut self.pane {
+            pane.viewer.set_seen(self.is_mapped);
+            self.next_frame = self.next_frame.min(Instant::now());
+        }
+    }
+
     fn resize(&mut self, [width, height]: [u32; 2]) {
         self.size = [width, height];
         if let Some(pane) = &self.pane {
@@ -186,15 +191,22 @@ impl Application {
         let input = pane.egui.take_egui_input(&pane.window);
         pane.window.pre_present_notify();
         let frame = pane.viewer.frame(input)?;
-        pane.egui.handle_platform_output(&pane.window, frame.platform);
-        self.embedded.note_frame_drawn(frame.trouble.is_none());
+        if let Some(platform) = frame.platform {
+            pane.egui.handle_platform_output(&pane.window, platform);
+        }
+        // One that is not drawn anew is shown once the device has drawn it. A window that is not
+        // mapped shows nothing old.
+        let is_shown = frame.is_drawn
+            || frame.is_current && pane.viewer.has_finished_frame()
+            || !self.is_mapped;
+        self.embedded.note_frame_drawn(frame.trouble.is_none() && is_shown);
         if frame.trouble != pane.trouble {
             self.embedded.report_trouble(frame.trouble.as_deref().unwrap_or_default());
             pane.trouble = frame.trouble;
         }
         self.embedded.report_changes(&mut pane.viewer);
         // Unseen or not, alarms and values go on.
-        let wait = match self.is_shown && self.embedded.is_visible() {
+        let wait = match self.is_mapped && !self.is_covered && self.embedded.is_visible() {
             true => frame.repaint_after.clamp(BUSY_PERIOD, IDLE_PERIOD),
             false => HIDDEN_PERIOD,
         };

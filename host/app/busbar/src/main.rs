@@ -21,6 +21,7 @@ mod simulate;
 mod systemd;
 mod view;
 mod window_watch;
+mod x11_window_events;
 
 use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;

@@ -64,10 +64,10 @@ impl ServedMetrics {
         }
     }
 
-    /// Records the metrics of the frame that was just drawn.
-    pub(crate) fn note(&mut self, viewer: &Viewer) {
+    /// Records the metrics of a turn of the view, in which a frame was drawn or none.
+    pub(crate) fn note(&mut self, viewer: &Viewer, is_drawn: bool) {
         if let Some((_, metrics)) = &mut self.served {
-            metrics.note(viewer);
+            metrics.note(viewer, is_drawn);
         }
     }
 }
@@ -172,12 +172,14 @@ impl Metrics {
         all
     }
 
-    /// Records the metrics of the frame that was just drawn.
-    fn note(&mut self, viewer: &Viewer) {
-        if let Some(histogram) = &self.frame_seconds {
-            histogram.observe(viewer.frame_time().as_secs_f64());
+    /// Records the metrics of a turn of the view, in which a frame was drawn or none.
+    fn note(&mut self, viewer: &Viewer, is_drawn: bool) {
+        if is_drawn {
+            if let Some(histogram) = &self.frame_seconds {
+                histogram.observe(viewer.frame_time().as_secs_f64());
+            }
+            self.frames.inc();
         }
-        self.frames.inc();
         if self.looked_at.is_some_and(|at| at.elapsed() < PERIOD) {
             return;
         }

@@ -11,7 +11,7 @@ use busbar_viewer::{RendererOptions, Viewer, renderer_options};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
-use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
 use crate::arguments::ViewOptions;
@@ -19,7 +19,8 @@ use crate::kiosk::Kiosk;
 use crate::log::Log;
 use crate::metrics::ServedMetrics;
 use crate::systemd::Watchdog;
-use crate::window_watch::{WindowWatch, boot_nanos};
+use crate::window_watch::{WindowWatch, boot_nanos, x11_id};
+use crate::x11_window_events::{self, X11WindowEvent};
 use crate::{check, output, render};
 
 const TITLE: &str = "Busbar";
@@ -28,6 +29,8 @@ const IDLE_PERIOD: Duration = Duration::from_millis(100);
 /// Environment variable with the operator of alarms, where the session has another name than the
 /// account.
 const OPERATOR_VARIABLE: &str = "BUSBAR_OPERATOR";
+/// Period of steps while nobody sees the window: alarms, values and logs go on.
+const UNSEEN_PERIOD: Duration = Duration::from_millis(300);
 /// Shortest period of frames with input: a display may not pace them.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
@@ -42,12 +45,14 @@ pub(crate) fn run(options: &ViewOptions, log: Option<Log>) -> anyhow::Result<Exi
         anyhow!("no display: set DISPLAY or WAYLAND_DISPLAY, or use `busbar render` for a picture")
     })?;
     let proxy = event_loop.create_proxy();
-    let wake = move || drop(proxy.send_event(Wake));
+    let woken = proxy.clone();
+    let wake = move || drop(woken.send_event(Wake::Configuration));
     let reloader = Reloader::start(&options.config, wake)
         .inspect_err(|error| tracing::warn!("the configuration is not watched: {error}"));
     let mut application = Application {
         options,
         scene: Some(scene),
+        proxy,
         window: None,
         reloader: reloader.ok(),
         log_and_metrics,
@@ -61,8 +66,13 @@ pub(crate) fn run(options: &ViewOptions, log: Option<Log>) -> anyhow::Result<Exi
     application.result
 }
 
-/// Wake-up of the event loop by another event than one of the window.
-struct Wake;
+/// Wake-up of the event loop by another event than those that it tells of.
+enum Wake {
+    /// Change of the configuration.
+    Configuration,
+    /// Event of the window.
+    Window(X11WindowEvent),
+}
 
 /// Log and metrics, by arguments or else by the configuration.
 struct LogAndMetrics {
@@ -83,6 +93,7 @@ struct Application<'a> {
     options: &'a ViewOptions,
     /// Loaded scene, until the window exists.
     scene: Option<LoadedScene>,
+    proxy: EventLoopProxy<Wake>,
     window: Option<OpenWindow>,
     reloader: Option<Reloader>,
     log_and_metrics: LogAndMetrics,
@@ -102,6 +113,13 @@ struct OpenWindow {
     announced: bool,
     /// Watcher that hatches the window where this hangs; none on Wayland.
     watch: Option<WindowWatch>,
+    /// Id of the X11 window; none on Wayland.
+    x11_id: Option<u32>,
+    /// False while the X11 window is not mapped.
+    is_mapped: bool,
+    is_iconified: bool,
+    /// False while nobody sees the window.
+    is_seen: bool,
     /// Reason for an older picture, as in the window's title.
     trouble: Option<String>,
 }
@@ -110,13 +128,19 @@ impl ApplicationHandler<Wake> for Application<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if let Some(scene) = self.scene.take() {
             match OpenWindow::open(event_loop, scene, self.options.validation) {
-                Ok(window) => self.window = Some(window),
+                Ok(window) => {
+                    window.watch_events(self.proxy.clone());
+                    self.window = Some(window);
+                }
                 Err(error) => self.fail(event_loop, error),
             }
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, Wake: Wake) {
+    fn user_event(&mut self, _: &ActiveEventLoop, wake: Wake) {
+        if let (Wake::Window(event), Some(open)) = (wake, &mut self.window) {
+            open.follow(event);
+        }
         self.next_frame = self.next_frame.min(Instant::now());
     }
 
@@ -135,28 +159,19 @@ impl ApplicationHandler<Wake> for Application<'_> {
             WindowEvent::CloseRequested => self.close(event_loop),
             WindowEvent::Resized(size) => {
                 open.viewer.resize([size.width, size.height]);
-                open.window.request_redraw();
+                self.next_frame = self.next_frame.min(Instant::now());
             }
-            WindowEvent::RedrawRequested => {
-                if let Some(reloader) = &mut self.reloader
-                    && reloader.step(&mut open.viewer) == Some(ReloadOutcome::Shown)
-                {
-                    self.log_and_metrics.follow(open.viewer.scene());
-                }
-                let drawn = open.draw();
-                match drawn {
-                    Ok(repaint_after) => {
-                        self.log_and_metrics.metrics.note(&open.viewer);
-                        if let Some(kiosk) = &mut self.kiosk {
-                            kiosk.step(&open.window);
-                        }
-                        self.watchdog.feed();
-                        let wait = repaint_after.clamp(BUSY_PERIOD, IDLE_PERIOD);
-                        self.next_frame = Instant::now() + wait;
-                    }
-                    Err(error) => self.fail(event_loop, error),
-                }
+            // On X11 that is all of the window behind others, which may still show as a thumbnail.
+            WindowEvent::Occluded(is_occluded) if open.x11_id.is_none() => {
+                open.set_seen(!is_occluded);
+                self.next_frame = self.next_frame.min(Instant::now());
             }
+            // Steps ask for none on X11: the window was uncovered, and has lost its picture.
+            WindowEvent::RedrawRequested if open.steps_directly() => {
+                open.viewer.invalidate_shown();
+                self.next_frame = self.next_frame.min(Instant::now());
+            }
+            WindowEvent::RedrawRequested => self.step(event_loop),
             _ => {}
         }
     }
@@ -164,18 +179,50 @@ impl ApplicationHandler<Wake> for Application<'_> {
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         let elapsed = self.started.elapsed();
         if self.options.seconds.is_some_and(|seconds| elapsed >= seconds) {
-            self.close(event_loop);
-        } else if Instant::now() >= self.next_frame {
-            if let Some(open) = &self.window {
-                open.window.request_redraw();
-            }
-        } else {
-            event_loop.set_control_flow(ControlFlow::WaitUntil(self.next_frame));
+            return self.close(event_loop);
         }
+        if Instant::now() >= self.next_frame
+            && let Some(open) = &self.window
+        {
+            match open.steps_directly() {
+                true => self.step(event_loop),
+                false => {
+                    open.window.request_redraw();
+                    // The window system answers in its time, or never while nothing is seen.
+                    self.next_frame = Instant::now() + IDLE_PERIOD;
+                }
+            }
+        }
+        event_loop.set_control_flow(ControlFlow::WaitUntil(self.next_frame));
     }
 }
 
 impl Application<'_> {
+    /// Steps the view, and all that follows it.
+    fn step(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(open) = &mut self.window else { return };
+        if let Some(reloader) = &mut self.reloader
+            && reloader.step(&mut open.viewer) == Some(ReloadOutcome::Shown)
+        {
+            self.log_and_metrics.follow(open.viewer.scene());
+        }
+        match open.step() {
+            Ok((repaint_after, is_drawn)) => {
+                self.log_and_metrics.metrics.note(&open.viewer, is_drawn);
+                if let Some(kiosk) = &mut self.kiosk {
+                    kiosk.step(&open.window);
+                }
+                self.watchdog.feed();
+                let wait = match open.is_seen {
+                    true => repaint_after.clamp(BUSY_PERIOD, IDLE_PERIOD),
+                    false => UNSEEN_PERIOD,
+                };
+                self.next_frame = Instant::now() + wait;
+            }
+            Err(error) => self.fail(event_loop, error),
+        }
+    }
+
     fn close(&mut self, event_loop: &ActiveEventLoop) {
         self.watchdog.end();
         if let Some(open) = self.window.take() {
@@ -221,12 +268,55 @@ impl OpenWindow {
             None,
             None,
         );
-        let watch = WindowWatch::new(&window);
-        Ok(Self { viewer, egui, window, announced: false, watch, trouble: None })
+        Ok(Self {
+            watch: WindowWatch::new(&window),
+            x11_id: x11_id(&window),
+            is_mapped: true,
+            is_iconified: false,
+            is_seen: true,
+            viewer,
+            egui,
+            window,
+            announced: false,
+            trouble: None,
+        })
     }
 
-    /// Draws one frame; returns when the panels want the next.
-    fn draw(&mut self) -> anyhow::Result<Duration> {
+    /// Has events of an X11 window sent to the event loop that it does not tell of by itself.
+    fn watch_events(&self, proxy: EventLoopProxy<Wake>) {
+        let Some(id) = self.x11_id else { return };
+        let tell = move |event| proxy.send_event(Wake::Window(event)).is_ok();
+        if let Err(error) = x11_window_events::watch(id, tell) {
+            tracing::warn!("the view is drawn while nobody sees it, too: {error:#}");
+        }
+    }
+
+    /// Follows an event of an X11 window.
+    fn follow(&mut self, event: X11WindowEvent) {
+        match event {
+            X11WindowEvent::Mapped(is_mapped) => self.is_mapped = is_mapped,
+            X11WindowEvent::Iconified(is_iconified) => self.is_iconified = is_iconified,
+            // The event loop tells of these; what is covered may show as a thumbnail.
+            X11WindowEvent::Resized(_) | X11WindowEvent::Covered(_) | X11WindowEvent::Gone => {}
+        }
+        self.set_seen(self.is_mapped && !self.is_iconified);
+    }
+
+    fn set_seen(&mut self, is_seen: bool) {
+        if !std::mem::replace(&mut self.is_seen, is_seen) && is_seen {
+            self.viewer.invalidate_shown();
+        }
+        self.viewer.set_seen(is_seen);
+    }
+
+    /// Reports whether steps come at their time. Otherwise the window system paces frames: on
+    /// Wayland, while the window is seen.
+    fn steps_directly(&self) -> bool {
+        self.x11_id.is_some() || !self.is_seen
+    }
+
+    /// Steps the view; returns when the panels want the next step, and whether a frame was drawn.
+    fn step(&mut self) -> anyhow::Result<(Duration, bool)> {
         let input = self.egui.take_egui_input(&self.window);
         self.window.pre_present_notify();
         let true_at = boot_nanos();
@@ -234,9 +324,17 @@ impl OpenWindow {
         if frame.trouble.is_none()
             && let Some(watch) = &mut self.watch
         {
-            watch.note_frame(true_at);
+            if frame.is_drawn {
+                watch.note_frame(true_at);
+            } else if frame.is_current {
+                watch.note_unchanged(true_at, self.viewer.has_finished_frame());
+            } else if !self.is_mapped {
+                watch.note_unmapped(true_at);
+            }
         }
-        self.egui.handle_platform_output(&self.window, frame.platform);
+        if let Some(platform) = frame.platform {
+            self.egui.handle_platform_output(&self.window, platform);
+        }
         if self.trouble != frame.trouble {
             let title = frame.trouble.as_ref().map(|trouble| format!("{TITLE}: {trouble}"));
             self.window.set_title(title.as_deref().unwrap_or(TITLE));
@@ -246,7 +344,7 @@ impl OpenWindow {
             output::result("ready");
             self.announced = true;
         }
-        Ok(frame.repaint_after)
+        Ok((frame.repaint_after, frame.is_drawn))
     }
 }
 

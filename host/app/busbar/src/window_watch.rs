@@ -58,6 +58,15 @@ pub(crate) fn boot_nanos() -> u64 {
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
+/// Returns the id of an X11 window; none on Wayland.
+pub(crate) fn x11_id(window: &Window) -> Option<u32> {
+    match window.window_handle().ok()?.as_raw() {
+        RawWindowHandle::Xlib(handle) => u32::try_from(handle.window).ok(),
+        RawWindowHandle::Xcb(handle) => Some(handle.window.get()),
+        _ => None,
+    }
+}
+
 /// Viewer's side: keeps a watcher of its window running, and reports frames to it.
 pub(crate) struct WindowWatch {
     window: u32,
@@ -72,16 +81,12 @@ pub(crate) struct WindowWatch {
 impl WindowWatch {
     /// Prepares the watchdog of an X11 window; none on Wayland.
     pub(crate) fn new(window: &Window) -> Option<Self> {
-        let window = match window.window_handle().ok()?.as_raw() {
-            RawWindowHandle::Xlib(handle) => u32::try_from(handle.window).ok()?,
-            RawWindowHandle::Xcb(handle) => handle.window.get(),
-            _ => {
-                tracing::info!(
-                    "no watcher covers this window where it hangs, for it is no X11 window; its \
-                     clock tells a picture that stands still"
-                );
-                return None;
-            }
+        let Some(window) = x11_id(window) else {
+            tracing::info!(
+                "no watcher covers this window where it hangs, for it is no X11 window; its clock \
+                 tells a picture that stands still"
+            );
+            return None;
         };
         Some(Self {
             window,
@@ -96,6 +101,27 @@ impl WindowWatch {
     /// screen then, at the least.
     pub(crate) fn note_frame(&mut self, true_at: u64) {
         let seen = self.presented.replace(true_at);
+        self.report(seen);
+    }
+
+    /// Records a frame that was not drawn, since the picture presented last agrees with its values
+    /// as well. That picture is on the screen once the device has finished it.
+    pub(crate) fn note_unchanged(&mut self, true_at: u64, has_finished: bool) {
+        if has_finished && self.presented.is_some() {
+            self.presented = Some(true_at);
+            self.report(self.presented);
+        }
+    }
+
+    /// Records a step while the window is not mapped, and shows nothing that could be old.
+    pub(crate) fn note_unmapped(&mut self, now: u64) {
+        self.presented = None;
+        self.report(Some(now));
+    }
+
+    /// Tells the watcher the instant of the values that are on the screen; starts a watcher where
+    /// there is none.
+    fn report(&mut self, seen: Option<u64>) {
         if self.watcher.is_none() {
             self.start_if_due();
         }

@@ -5,6 +5,8 @@ use std::time::Duration;
 use busbar_types::{Origin, Priority};
 use egui::Pos2;
 
+use crate::Age;
+
 /// List that the alarm panel shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AlarmList {
@@ -18,7 +20,7 @@ pub enum AlarmList {
 }
 
 /// View model of the alarm panel without the rows of its list.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AlarmModel {
     /// Unacknowledged ones and all annunciated, a priority each.
     pub counts: [[usize; 2]; 4],
@@ -43,7 +45,7 @@ pub struct AlarmModel {
 }
 
 /// An alarm that was chosen.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AlarmDetail {
     /// Row of the alarm list.
     pub row: AlarmRow,
@@ -68,7 +70,7 @@ pub struct AlarmDetail {
 }
 
 /// An alarm of the list.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AlarmRow {
     /// Alarm number that commands refer to.
     pub number: u32,
@@ -89,7 +91,7 @@ pub struct AlarmRow {
     /// Time of day at which it occurred.
     pub time: String,
     /// Time since the last change of state.
-    pub age: Option<Duration>,
+    pub age: Option<Age>,
     /// The value of its tag, with unit.
     pub value: String,
     /// Equipment id; none for an alarm without equipment.
@@ -101,7 +103,7 @@ pub struct AlarmRow {
     /// True if this alarm was the first of its first-out group.
     pub is_first_out: bool,
     /// Remaining shelving time; none while not shelved.
-    pub shelf_left: Option<Duration>,
+    pub shelf_left: Option<Age>,
     /// True until the audit log has stored the last action; the previous state is shown meanwhile.
     pub is_saving: bool,
     /// The system that decides on it, where that is not done here.
@@ -111,7 +113,7 @@ pub struct AlarmRow {
 }
 
 /// A system whose alarms are shown and decided on elsewhere.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct AlarmSourceStatus {
     /// Name of the source's plugin instance.
     pub name: String,

@@ -4,8 +4,8 @@ use busbar_types::{AlarmAction, Origin, Priority};
 use egui::{Align, Align2, Layout, Rect, Response};
 use egui::{Button, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
 
+use crate::age::age_text;
 use crate::alarm_symbol::{self, AlarmSymbol};
-use crate::view_model::age_text;
 use crate::{
     AlarmList, AlarmModel, AlarmRow, AlarmRows, Command, ValueMark, alarm_detail,
     alarm_source_status, hatch, origin_mark, theme,
@@ -283,7 +283,8 @@ mod tests {
     fn notes_list_the_present_conditions() {
         let mut alarm = AlarmRow { occurrences: 4, chatters: true, ..AlarmRow::default() };
         assert_eq!(notes(&alarm), "4×, chattering");
-        alarm = AlarmRow { shelf_left: Some(Duration::from_secs(1700)), ..AlarmRow::default() };
+        alarm =
+            AlarmRow { shelf_left: Some(Duration::from_secs(1700).into()), ..AlarmRow::default() };
         alarm.is_first_out = true;
         assert_eq!(notes(&alarm), "28 min left, first out");
     }

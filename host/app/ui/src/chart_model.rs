@@ -6,7 +6,7 @@ use egui::Pos2;
 use crate::LegendRow;
 
 /// A chart, as its panel shows it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChartModel {
     /// Name of the chart.
     pub name: String,
@@ -69,7 +69,7 @@ pub struct ChartAxisRow {
 }
 
 /// Explanation that a chart gives for a piece of equipment.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct EquipmentExplanation {
     /// Name of the chart.
     pub chart: String,
@@ -86,7 +86,7 @@ pub struct EquipmentExplanation {
 }
 
 /// Parts of a chart that are painted over the scene.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChartOverlay {
     /// Texts with their screen positions, points.
     pub texts: Vec<(Pos2, String, TextKind)>,

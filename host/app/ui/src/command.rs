@@ -150,3 +150,10 @@ pub enum Command {
     /// End the measurement, or else clear the selection.
     Escape,
 }
+
+impl Command {
+    /// Reports whether the command comes with each pass and changes nothing by itself.
+    pub(crate) fn is_idle(&self) -> bool {
+        matches!(self, Self::Hover(_))
+    }
+}

@@ -6,10 +6,10 @@ use egui::{
     Vec2, vec2,
 };
 
+use crate::age::age_text;
 use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::faceplate_records::{self, FaceplateSection};
 use crate::tag_panel::quality_text;
-use crate::view_model::age_text;
 use crate::{
     AlarmRow, Command, Faceplate, FaceplateState, FaceplateValue, ValueMark, faceplate_verdict,
     hatch, layers, origin_mark, theme, trend,

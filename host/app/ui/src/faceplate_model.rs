@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use busbar_types::Origin;
 
-use crate::{AlarmRow, EquipmentExplanation, LegendRow, RecordSection, TagRow, ValueMark};
+use crate::{Age, AlarmRow, EquipmentExplanation, LegendRow, RecordSection, TagRow, ValueMark};
 
 /// Faceplate of a piece of equipment: names, alarms, states, values, records.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faceplate {
     /// Equipment id of the faceplate.
     pub id: String,
@@ -50,13 +50,13 @@ pub struct FaceplateState {
     /// Mark of the underlying value; the state is unknown unless the mark is good.
     pub mark: ValueMark,
     /// Age of that value.
-    pub age: Option<Duration>,
+    pub age: Option<Age>,
     /// Origin of all values that it rests on.
     pub origin: Origin,
 }
 
 /// A live value of a piece of equipment.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct FaceplateValue {
     /// Tag number that commands refer to.
     pub tag: u32,
@@ -69,7 +69,7 @@ pub struct FaceplateValue {
 }
 
 /// Trend of a value.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trend {
     /// Tag number that commands refer to.
     pub tag: u32,

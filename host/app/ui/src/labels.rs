@@ -14,7 +14,7 @@ use egui::{
 pub(crate) use self::placement::LabelPlacement;
 
 use self::placement::LabelRequest;
-use crate::view_model::age_text;
+use crate::age::age_text;
 
 use crate::{Label, LabelLine, ValueMark, hatch, origin_mark, theme};
 
@@ -136,11 +136,11 @@ impl LabelBox {
                 let (_, ink) = theme::background_and_text(painter.ctx(), &line.mark);
                 let galleys = [
                     text(
-                        line.caption.to_owned(),
+                        line.caption.to_string(),
                         theme::value_font(),
                         theme::palette(painter.ctx()).weak_text,
                     ),
-                    text(line.text.to_owned(), theme::value_font(), ink),
+                    text(line.text.to_string(), theme::value_font(), ink),
                     text(note(line), theme::small_font(), ink),
                 ];
                 LabelRow { mark: line.mark.clone(), origin: line.origin, texts: galleys }

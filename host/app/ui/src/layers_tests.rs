@@ -31,7 +31,11 @@ fn labels_avoid_the_layer_list_and_the_list_leaves_half_of_the_scene() {
             let label = |number: u32| Label {
                 title: format!("=Q{number}"),
                 anchor: scene.left_bottom() + vec2(100.0 + 10.0 * number as f32, -60.0),
-                lines: vec![LabelLine { caption: "P", text: "4 MW", ..LabelLine::default() }],
+                lines: vec![LabelLine {
+                    caption: "P".into(),
+                    text: "4 MW".into(),
+                    ..LabelLine::default()
+                }],
                 ..Label::default()
             };
             SceneOverlay { labels: (0..3).map(label).collect(), ..SceneOverlay::default() }

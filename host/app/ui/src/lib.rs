@@ -4,6 +4,7 @@
 //! state; they return [`Command`]s.
 #![doc = include_str!("../DESIGN.md")]
 
+mod age;
 mod alarm_banner;
 mod alarm_detail;
 mod alarm_keys;
@@ -37,6 +38,7 @@ mod origin_band;
 mod origin_mark;
 #[cfg(test)]
 mod origin_tests;
+mod panel_memo;
 mod plugin_panel;
 mod record_model;
 mod search_field;
@@ -53,6 +55,7 @@ mod value_mark;
 mod view_model;
 mod viewport;
 
+pub use age::{Age, age_text};
 pub use alarm_model::{
     AlarmDetail, AlarmList, AlarmMarker, AlarmModel, AlarmRow, AlarmRows, AlarmSourceStatus,
 };
@@ -71,14 +74,16 @@ pub use record_model::{RecordRow, RecordSection};
 pub use switch_symbols::{SwitchState, SwitchSymbol};
 pub use value_mark::ValueMark;
 pub use view_model::{
-    Bookmark, Label, LabelLine, LinkIndicator, ModelRow, Navigation, PluginRow, StatusBarModel,
-    TagRow, TagRows, ViewModel, age_text,
+    Bookmark, FrameTimes, Label, LabelLine, LinkIndicator, ModelRow, Navigation, PluginRow,
+    StatusBarModel, TagRow, TagRows, ViewModel,
 };
 
 use std::num::NonZeroUsize;
+use std::time::{Duration, Instant};
 
 use faceplate::FaceplatePanel;
 use labels::LabelPlacement;
+use panel_memo::{PanelMemo, RowRecorder, WindowInput};
 use side_panel::SidePanel;
 
 use egui::{CentralPanel, Context, Frame, FullOutput, Key, Panel, RawInput, Rect};
@@ -101,6 +106,12 @@ pub struct Panels {
     face: FaceplatePanel,
     /// Label slots of the last frame.
     placement: LabelPlacement,
+    /// Inputs of the last pass; none where the next one may have another result in any case.
+    memo: Option<PanelMemo>,
+    /// Instant from which egui wants another pass.
+    due: Option<Instant>,
+    /// True if the last two passes had the same result.
+    is_settled: bool,
 }
 
 /// Appearance of panels and labels.
@@ -125,7 +136,7 @@ pub struct ListModels<'a> {
 }
 
 /// Content painted over the 3D scene.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneOverlay<'a> {
     /// Labels at the equipment.
     pub labels: Vec<Label<'a>>,
@@ -141,6 +152,16 @@ pub struct SceneOverlay<'a> {
     pub hovered: Option<String>,
     /// Texts and axes of the chart in the scene.
     pub chart: Option<ChartOverlay>,
+}
+
+impl SceneOverlay<'_> {
+    /// Returns the content with texts of its own.
+    fn into_owned(self) -> SceneOverlay<'static> {
+        let Self { labels, alarm_markers, switch_symbols, measurement, arrived, hovered, chart } =
+            self;
+        let labels = labels.into_iter().map(Label::into_owned).collect();
+        SceneOverlay { labels, alarm_markers, switch_symbols, measurement, arrived, hovered, chart }
+    }
 }
 
 /// Result of one pass over the panels.
@@ -172,16 +193,21 @@ impl Panels {
             side: SidePanel::default(),
             face: FaceplatePanel::default(),
             placement: LabelPlacement::default(),
+            memo: None,
+            due: None,
+            is_settled: false,
         }
     }
 
     /// Shows the panels, or labels alone; the origin band stays in both cases.
     pub fn set_shown(&mut self, shown: bool) {
+        self.memo = None;
         self.shown = shown;
     }
 
     /// Changes how panels and labels look.
     pub fn set_appearance(&mut self, appearance: Appearance) {
+        self.memo = None;
         let Appearance { is_dark, scale, font } = appearance;
         theme::apply(&self.context, is_dark, font);
         if self.shown {
@@ -191,6 +217,7 @@ impl Panels {
 
     /// Changes to the dark theme, or the light one.
     pub fn set_dark(&mut self, is_dark: bool) {
+        self.memo = None;
         theme::set_dark(&self.context, is_dark);
     }
 
@@ -202,6 +229,52 @@ impl Panels {
     /// The egui context, for the platform glue and for tessellation.
     pub fn context(&self) -> &Context {
         &self.context
+    }
+
+    /// Forgets the last pass: the next one is run whatever its inputs.
+    pub fn forget_pass(&mut self) {
+        self.memo = None;
+    }
+
+    /// Copies a text to the clipboard with the next pass.
+    pub fn copy_text(&mut self, text: String) {
+        self.memo = None;
+        self.context.copy_text(text);
+    }
+
+    /// Reports whether a pass with these inputs would have the result of the last one, as long as
+    /// [`Panels::keeps_overlay`] says so as well. It takes two passes alike until panels and labels
+    /// have settled.
+    pub fn keeps_panels(
+        &self,
+        input: &RawInput,
+        model: &ViewModel,
+        lists: &ListModels<'_>,
+    ) -> bool {
+        self.is_settled
+            && self.due.is_none_or(|due| Instant::now() < due)
+            && self.memo.as_ref().is_some_and(|memo| memo.agrees(input, model, lists))
+    }
+
+    /// Reports whether the last pass had the same content over the scene.
+    pub fn keeps_overlay(&self, overlay: &SceneOverlay<'_>) -> bool {
+        self.memo.as_ref().is_some_and(|memo| memo.agrees_over_scene(overlay))
+    }
+
+    /// Notes whether the last pass had the result of the one before.
+    pub fn note_result(&mut self, is_same: bool) {
+        self.is_settled = is_same;
+    }
+
+    /// Reports whether the last two passes had the same result.
+    pub fn is_settled(&self) -> bool {
+        self.is_settled
+    }
+
+    /// Returns the time until egui wants another pass; the greatest there is where it wants none.
+    pub fn repaint_after(&self) -> Duration {
+        let until = |due: Instant| due.saturating_duration_since(Instant::now());
+        self.due.map_or(Duration::MAX, until)
     }
 
     /// Runs one pass. `overlay` gets the viewport and the commands so far, and
@@ -218,6 +291,11 @@ impl Panels {
         let (mut viewport, mut below) = (Rect::NOTHING, Rect::NOTHING);
         let (mut shown, mut helps) = (self.shown, self.helps);
         let mut lists_alarms = self.lists_alarms;
+        let (window, mut kept_overlay) = (WindowInput::from_input(&input), SceneOverlay::default());
+        let recorder = RowRecorder::new(lists);
+        let recorded = recorder.lists();
+        let given = lists;
+        let lists = &recorded;
         let Self { placement, side, face, .. } = self;
         let egui = self.context.run_ui(input, |ui| {
             commands.clear();
@@ -290,6 +368,7 @@ impl Panels {
                 if let Some(band) = band {
                     origin_band::paint(ui.ctx(), band, model.origin);
                 }
+                kept_overlay = overlay;
             });
             if shown {
                 layers::show(ui.ctx(), below, &model.layers, &mut commands);
@@ -307,7 +386,15 @@ impl Panels {
                 }
             }
         });
+        // A pass after one that changed what is shown has another result.
+        let is_same = (self.shown, self.helps, self.lists_alarms) == (shown, helps, lists_alarms);
         (self.shown, self.helps, self.lists_alarms) = (shown, helps, lists_alarms);
+        let requested = recorder.into_requested();
+        self.memo = (is_same && commands.iter().all(Command::is_idle))
+            .then(|| PanelMemo::new(window, model.clone(), kept_overlay, requested, given));
+        let delay =
+            egui.viewport_output.get(&egui::ViewportId::ROOT).map(|root| root.repaint_delay);
+        self.due = delay.and_then(|delay| Instant::now().checked_add(delay));
         PanelsOutput { commands, viewport, egui }
     }
 }

@@ -33,7 +33,12 @@ fn run(shown: bool, is_dark: bool, size: [f32; 2], origin: Origin) -> PanelsOutp
                 title: format!("=Q{number}"),
                 // At the top, where the band is.
                 anchor: scene.center_top() + vec2(40.0 * number as f32 - 60.0, 18.0),
-                lines: vec![LabelLine { caption: "P", text: "4", origin, ..LabelLine::default() }],
+                lines: vec![LabelLine {
+                    caption: "P".into(),
+                    text: "4".into(),
+                    origin,
+                    ..LabelLine::default()
+                }],
                 ..Label::default()
             };
             SceneOverlay { labels: (0..3).map(label).collect(), ..SceneOverlay::default() }

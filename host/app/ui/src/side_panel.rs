@@ -4,7 +4,7 @@ use egui::{Event, Key, ScrollArea, Ui};
 
 use crate::equipment_panel::EquipmentPanel;
 use crate::search_field::SearchField;
-use crate::{Command, ListModels, ViewModel, model_panel, plugin_panel, tag_panel};
+use crate::{Command, FrameTimes, ListModels, ViewModel, model_panel, plugin_panel, tag_panel};
 
 /// Tab of the side panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl SidePanel {
     }
 }
 
-/// Shows the display tab: view controls, models with their level of detail.
+/// Shows the display tab: view controls, models with their level of detail, frame times.
 fn display(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
     // The bar stands at the edge, not over the rows.
     let area = ScrollArea::vertical().id_salt("display").auto_shrink(false);
@@ -94,5 +94,16 @@ fn display(ui: &mut Ui, model: &ViewModel, commands: &mut Vec<Command>) {
         ui.add_space(6.0);
         ui.heading("Models");
         model_panel::show(ui, model, commands);
+        ui.add_space(6.0);
+        ui.heading("Frame");
+        frame_times(ui, &model.frame_times);
     });
+}
+
+/// Shows the times of a recent frame, for diagnosis.
+fn frame_times(ui: &mut Ui, times: &FrameTimes) {
+    ui.label(format!("until submission: {:.1} ms", times.frame));
+    for (stage, millis) in &times.gpu_stages {
+        ui.label(format!("GPU {stage}: {millis:.2} ms"));
+    }
 }

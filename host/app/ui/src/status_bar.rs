@@ -27,13 +27,12 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
     let counts =
         format!("{} good, {} uncertain, {} bad", status.good, status.uncertain, status.bad);
     let quality = format!("tags: {counts}");
-    let millis = format!("{:.1} ms", status.frame_millis);
     ui.horizontal(|ui| {
         let clock = status.clock.as_deref();
         let texts = clock.into_iter().chain([&*quality]);
         let certain: f32 = texts.map(|text| width(ui, text) + PART_GAP).sum();
         // From the first to be left out to the last.
-        let optional = [&*status.device, &*triangles, &*millis].map(|text| width(ui, text));
+        let optional = [&*status.device, &*triangles].map(|text| width(ui, text));
         let room = ui.available_width();
         let fit = fit(room - certain, width(ui, selected), optional);
         if let Some(clock) = clock {
@@ -50,7 +49,7 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
             ui.label(selected);
             ui.separator();
         }
-        let [shows_device, shows_triangles, shows_millis] = fit.shows;
+        let [shows_device, shows_triangles] = fit.shows;
         if shows_triangles {
             ui.label(triangles);
             ui.separator();
@@ -59,13 +58,6 @@ pub(crate) fn show(ui: &mut Ui, model: &ViewModel) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if shows_device {
                 ui.label(&status.device);
-                ui.separator();
-            }
-            if shows_millis {
-                let millis = ui.label(millis);
-                if !status.gpu_millis.is_empty() {
-                    millis.on_hover_text(gpu_text(&status.gpu_millis));
-                }
             }
         });
     });
@@ -77,14 +69,14 @@ struct LineFit {
     selected: Option<f32>,
     shows_selected: bool,
     /// Reports by optional part whether it is shown.
-    shows: [bool; 3],
+    shows: [bool; 2],
 }
 
 /// Chooses the parts for a room in points: the last optional parts first, then the selection, cut
 /// where it is longer. `optional` has the widths of the optional parts.
-fn fit(room: f32, selected: f32, optional: [f32; 3]) -> LineFit {
+fn fit(room: f32, selected: f32, optional: [f32; 2]) -> LineFit {
     let mut room = room - selected.min(MIN_SELECTED_WIDTH) - PART_GAP;
-    let mut shows = [false; 3];
+    let mut shows = [false; 2];
     for (shows, width) in shows.iter_mut().zip(optional).rev() {
         *shows = width + PART_GAP <= room;
         if *shows {
@@ -131,12 +123,6 @@ fn show_fault(ui: &mut Ui, fault: &str) {
     let label = RichText::new(line).color(ink).background_color(ground);
     ui.add(Label::new(label).truncate()).on_hover_text(fault);
     ui.separator();
-}
-
-/// A line for each stage of a frame on the GPU.
-fn gpu_text(stages: &[(&'static str, f64)]) -> String {
-    let line = |(name, millis): &(&'static str, f64)| format!("GPU {name}: {millis:.2} ms");
-    stages.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 #[cfg(test)]

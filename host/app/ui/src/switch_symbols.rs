@@ -1,12 +1,10 @@
 //! Switch position symbols in the scene, after IEC 60617-7: filled means conducting, so that no
 //! color is needed.
 
-use std::time::Duration;
-
 use busbar_types::Origin;
 use egui::{Align2, Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 
-use crate::view_model::age_text;
+use crate::age::{Age, age_text};
 use crate::{ValueMark, hatch, origin_mark, theme};
 
 /// Half a side of a flag, points.
@@ -66,7 +64,7 @@ pub struct SwitchSymbol {
     /// Position of the switch.
     pub state: SwitchState,
     /// Age of a value that is not good.
-    pub age: Option<Duration>,
+    pub age: Option<Age>,
     /// Origin of the reported position.
     pub origin: Origin,
 }

@@ -2,8 +2,8 @@
 
 use egui::{Align, Align2, Layout, RichText, Sense, Ui, UiBuilder, Vec2};
 
+use crate::age::age_text;
 use crate::search_field::SearchField;
-use crate::view_model::age_text;
 use crate::{Command, TagRow, TagRows, ValueMark, hatch, origin_mark, theme};
 
 /// Height of a row, points.

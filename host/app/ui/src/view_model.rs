@@ -1,14 +1,14 @@
 //! View model: everything that the panels show in a frame.
 
-use std::time::Duration;
+use std::borrow::Cow;
 
 use busbar_types::Origin;
 use egui::Pos2;
 
-use crate::{AlarmModel, AxisSection, CameraMode, ChartModel, Faceplate, LayerRow, ValueMark};
+use crate::{Age, AlarmModel, AxisSection, CameraMode, ChartModel, Faceplate, LayerRow, ValueMark};
 
 /// Everything that the panels show in one frame.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewModel {
     /// Models with their collapse stacks.
     pub models: Vec<ModelRow>,
@@ -36,6 +36,8 @@ pub struct ViewModel {
     pub alarms: Option<AlarmModel>,
     /// The chart that stands in the scene; none where there is none.
     pub chart: Option<ChartModel>,
+    /// Times of a recent frame.
+    pub frame_times: FrameTimes,
     /// The line at the bottom.
     pub status: StatusBarModel,
     /// Equipment id of the selection, or the number of selected pieces.
@@ -69,7 +71,7 @@ pub struct Bookmark {
 }
 
 /// A model and where the cursors of its instances stand.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelRow {
     /// Name of the model.
     pub name: String,
@@ -109,7 +111,7 @@ pub trait TagRows {
 }
 
 /// Row of the tag table.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TagRow {
     /// Tag id of the configuration.
     pub id: String,
@@ -122,7 +124,7 @@ pub struct TagRow {
     /// Mark of the value.
     pub mark: ValueMark,
     /// Time since the value came.
-    pub age: Option<Duration>,
+    pub age: Option<Age>,
     /// Equipment it is bound to.
     pub node: Option<String>,
     /// Origin of the value, live or not.
@@ -130,7 +132,7 @@ pub struct TagRow {
 }
 
 /// A label at a piece of equipment.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Label<'a> {
     /// Equipment id of the label.
     pub title: String,
@@ -149,18 +151,36 @@ pub struct Label<'a> {
 }
 
 /// A line of a label.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct LabelLine<'a> {
     /// Caption of the line.
-    pub caption: &'a str,
+    pub caption: Cow<'a, str>,
     /// Value with its unit.
-    pub text: &'a str,
+    pub text: Cow<'a, str>,
     /// Mark of the value.
     pub mark: ValueMark,
     /// Time since the value came.
-    pub age: Option<Duration>,
+    pub age: Option<Age>,
     /// Origin of the value, live or not.
     pub origin: Origin,
+}
+
+impl LabelLine<'_> {
+    /// Returns the line with texts of its own.
+    fn into_owned(self) -> LabelLine<'static> {
+        let Self { caption, text, mark, age, origin } = self;
+        let (caption, text) = (caption.into_owned().into(), text.into_owned().into());
+        LabelLine { caption, text, mark, age, origin }
+    }
+}
+
+impl Label<'_> {
+    /// Returns the label with texts of its own.
+    pub(crate) fn into_owned(self) -> Label<'static> {
+        let Self { title, anchor, distance, lines, selected, alarmed, hidden } = self;
+        let lines = lines.into_iter().map(LabelLine::into_owned).collect();
+        Label { title, anchor, distance, lines, selected, alarmed, hidden }
+    }
 }
 
 /// State of a plugin's link.
@@ -178,7 +198,7 @@ pub enum LinkIndicator {
 }
 
 /// Row of a plugin instance.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PluginRow {
     /// Name in the configuration.
     pub name: String,
@@ -196,8 +216,17 @@ pub struct PluginRow {
     pub origin: Origin,
 }
 
+/// Times of a recent frame, for diagnosis.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameTimes {
+    /// Time from the beginning of the frame until its submission, milliseconds.
+    pub frame: f64,
+    /// GPU time of the frame and its stages, milliseconds; empty on devices without timestamps.
+    pub gpu_stages: Vec<(&'static str, f64)>,
+}
+
 /// The line at the bottom.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StatusBarModel {
     /// Time of day with seconds, which reveals a frozen picture; none in unattended pictures.
     pub clock: Option<String>,
@@ -207,10 +236,6 @@ pub struct StatusBarModel {
     pub triangles: u64,
     /// Triangles at full detail.
     pub triangles_full: u64,
-    /// Time of the last frame, milliseconds.
-    pub frame_millis: f64,
-    /// GPU time of a frame and its stages, milliseconds; empty on devices without timestamps.
-    pub gpu_millis: Vec<(&'static str, f64)>,
     /// Name of the graphics device.
     pub device: String,
     /// Tags of good quality.
@@ -221,29 +246,4 @@ pub struct StatusBarModel {
     pub bad: usize,
     /// Faults of the configuration file on the disk, which therefore is not shown.
     pub fault: Option<String>,
-}
-
-/// Formats an age: `0.4 s`, `12 s`, `3 min`, `5 h`.
-pub fn age_text(age: Duration) -> String {
-    match age.as_secs() {
-        0..10 => format!("{:.1} s", age.as_secs_f64()),
-        seconds @ 10..120 => format!("{seconds} s"),
-        seconds @ 120..7200 => format!("{} min", seconds / 60),
-        seconds => format!("{} h", seconds / 3600),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ages_are_formatted_readably() {
-        let check =
-            |millis, expected| assert_eq!(age_text(Duration::from_millis(millis)), expected);
-        check(400, "0.4 s");
-        check(12_900, "12 s");
-        check(180_000, "3 min");
-        check(7_200_000, "2 h");
-    }
 }

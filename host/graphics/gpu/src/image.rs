@@ -19,7 +19,7 @@ pub enum ImageKind {
     Texture,
     /// Sampled by shaders, in its own size alone.
     FlatTexture,
-    /// Drawn into, with this many samples a pixel, and perhaps read back.
+    /// Drawn into, with this many samples a pixel, and perhaps copied, either way.
     Target {
         /// Samples a pixel, 1 or 4.
         samples: u32,
@@ -129,7 +129,9 @@ impl ImageKind {
                 vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT
             }
             Self::Target { samples: 1 } => {
-                vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC
+                vk::ImageUsageFlags::COLOR_ATTACHMENT
+                    | vk::ImageUsageFlags::TRANSFER_SRC
+                    | vk::ImageUsageFlags::TRANSFER_DST
             }
             Self::SampledTarget if format == Format::Depth32 => {
                 vk::ImageUsageFlags::SAMPLED

@@ -62,6 +62,11 @@ impl Presenter {
         }
     }
 
+    /// Reports whether the swapchain fits the window, as far as is known.
+    pub(crate) fn fits_window(&self) -> bool {
+        !self.outdated && !self.surface_lost
+    }
+
     /// Forgets the swapchain with all its semaphores.
     pub(crate) fn reset_swapchain(&mut self) {
         self.swapchain = None;

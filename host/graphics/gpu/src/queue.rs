@@ -117,6 +117,12 @@ impl GpuQueue {
         }
     }
 
+    /// Reports whether the next frame can be shown as the window is now, as far as is known; true
+    /// without a window.
+    pub fn fits_window(&self) -> bool {
+        self.presenter.as_ref().is_none_or(Presenter::fits_window)
+    }
+
     /// Gives the window up, so that another device can draw into it.
     pub fn release_window(&mut self) {
         self.presenter = None;
@@ -178,6 +184,15 @@ impl GpuQueue {
     /// When the device is lost.
     pub fn has_finished(&self, submission: Submission) -> Result<bool, GpuError> {
         Ok(self.gpu.device().finished()? >= submission.0)
+    }
+
+    /// Reports whether everything submitted is finished; does not wait.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn is_idle(&self) -> Result<bool, GpuError> {
+        let device = self.gpu.device();
+        Ok(device.finished()? >= device.submitted())
     }
 
     /// Waits until everything submitted is finished.

@@ -9,7 +9,7 @@ use crate::device::Device;
 use crate::draw_command::IndirectCommand;
 use crate::image::ImageUse;
 use crate::presenter::Presenter;
-use crate::{Gpu, GpuError, GpuQueue, Image, ImageArea};
+use crate::{Gpu, GpuError, GpuQueue, Image, ImageArea, ImageKind};
 
 /// Commands being recorded. Dropping it unsubmitted abandons them.
 pub struct Recorder<'g> {
@@ -163,12 +163,12 @@ impl<'g> Recorder<'g> {
         self.queue.slots[self.slot].resume()
     }
 
-    /// Submits the recorded commands and shows the picture in the window. If the window changed
-    /// meanwhile, the picture is not shown; the next one will be.
+    /// Submits the recorded commands and shows the picture in the window. Returns false if the
+    /// window changed meanwhile or took no picture: then it does not show this one.
     ///
     /// # Errors
     /// When there is no window, the device is lost or memory runs out.
-    pub fn present(mut self, picture: &Image) -> Result<(), GpuError> {
+    pub fn present(mut self, picture: &Image) -> Result<bool, GpuError> {
         let mut presenter =
             self.queue.presenter.take().ok_or(GpuError::Misuse("presenting without a window"))?;
         let presented = self.present_to(&mut presenter, picture);
@@ -180,16 +180,18 @@ impl<'g> Recorder<'g> {
         presented
     }
 
-    fn present_to(&mut self, presenter: &mut Presenter, picture: &Image) -> Result<(), GpuError> {
+    fn present_to(&mut self, presenter: &mut Presenter, picture: &Image) -> Result<bool, GpuError> {
         self.transition(picture, ImageUse::CopySource);
         let Some(target) = presenter.acquire(self.slot)? else {
-            return self.finish(None, None);
+            self.finish(None, None)?;
+            return Ok(false);
         };
         // SAFETY: the commands are being recorded, outside any pass; the picture is a copy source
         // by the transition above and is kept alive.
         unsafe { presenter.record_copy(self.commands(), picture, &target) };
         self.finish(Some(target.acquired), Some(target.presentable))?;
-        presenter.present(&target)
+        presenter.present(&target)?;
+        Ok(presenter.fits_window())
     }
 
     fn finish(
@@ -204,6 +206,53 @@ impl<'g> Recorder<'g> {
         let value = unsafe { self.device().submit(self.commands(), wait, signal) }?;
         self.queue.slots[self.slot].value = value;
         self.touched.clear();
+        Ok(())
+    }
+
+    /// Copies a part of an image of one sample into the same place of another of the same kind,
+    /// format and size.
+    ///
+    /// # Errors
+    /// When the images differ in kind, or the part is not within them.
+    pub fn copy_image(
+        &mut self,
+        source: &Image,
+        target: &Image,
+        area: ImageArea,
+    ) -> Result<(), GpuError> {
+        let shape = |image: &Image| (image.kind(), image.format(), image.size());
+        let is_picture = source.kind() == ImageKind::Target { samples: 1 };
+        if !is_picture || shape(source) != shape(target) || !area.is_within(source.size()) {
+            return Err(GpuError::Misuse("a copy between images that differ"));
+        }
+        self.transition(source, ImageUse::CopySource);
+        self.transition(target, ImageUse::CopyTarget);
+        let vk::Rect2D { offset, extent } = area.to_rect();
+        let offset = vk::Offset3D { x: offset.x, y: offset.y, z: 0 };
+        let layers = vk::ImageSubresourceLayers {
+            aspect_mask: source.format().aspect(),
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        };
+        let region = [vk::ImageCopy::default()
+            .src_subresource(layers)
+            .src_offset(offset)
+            .dst_subresource(layers)
+            .dst_offset(offset)
+            .extent(vk::Extent3D { width: extent.width, height: extent.height, depth: 1 })];
+        // SAFETY: the commands are being recorded, outside any pass; both images are in these
+        // layouts by the transitions above, which keep them alive, and hold the region.
+        unsafe {
+            self.device().raw.cmd_copy_image(
+                self.commands(),
+                source.raw(),
+                ImageUse::CopySource.layout(),
+                target.raw(),
+                ImageUse::CopyTarget.layout(),
+                &region,
+            );
+        }
         Ok(())
     }
 

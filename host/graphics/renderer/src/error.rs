@@ -2,6 +2,7 @@
 
 use busbar_density::DensityError;
 use busbar_gpu::{GpuError, RecoveryAction};
+use busbar_panel_painter::PanelError;
 use thiserror::Error;
 
 /// A failure to upload, draw, pick or read back.
@@ -92,6 +93,18 @@ impl From<DensityError> for RenderError {
         match error {
             DensityError::Gpu(error) => Self::Gpu(error),
             DensityError::TooMany { what, asked, limit } => Self::TooMany { what, asked, limit },
+        }
+    }
+}
+
+impl From<PanelError> for RenderError {
+    fn from(error: PanelError) -> Self {
+        match error {
+            PanelError::Gpu(error) => Self::Gpu(error),
+            PanelError::BadPanels(fault) => Self::BadPanels(fault),
+            PanelError::TooManyVertices { asked, limit } => {
+                Self::TooMany { what: "vertices of panels", asked, limit }
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use busbar_geometry::Bounds;
 use busbar_gpu::StageMillis;
 
-use crate::{CameraView, DrawInstance, Ground, InstanceSource, Polylines, SectionPlane};
+use crate::{CameraView, DrawInstance, EguiFrame, Ground, InstanceSource, Polylines, SectionPlane};
 
 /// Everything one picture shows.
 #[derive(Clone, Copy)]
@@ -77,18 +77,6 @@ pub enum OutlineKind {
     Selected = 2,
 }
 
-/// Output of egui for one frame. Every textures delta must reach the renderer once, in order. Clear
-/// it after the frame was drawn: egui panics when an uncleared delta is dropped.
-#[derive(Clone, Copy)]
-pub struct EguiFrame<'a> {
-    /// Textures that egui changed.
-    pub textures_delta: &'a egui::TexturesDelta,
-    /// Tessellated shapes of the panels.
-    pub primitives: &'a [egui::ClippedPrimitive],
-    /// Physical pixels a point.
-    pub pixels_per_point: f32,
-}
-
 /// Statistics of one frame. All are zero for a skipped frame of a minimised window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameStats {
@@ -114,6 +102,9 @@ pub struct FrameStats {
     pub resolve_millis: f64,
     /// Meshes at new cursors that came onto the device, and ways to them.
     pub resolved: u32,
+    /// True where the scene's image was kept of an earlier frame, which the figures of the scene
+    /// are then of.
+    pub is_scene_kept: bool,
     /// Redraw of the shadow map in this frame.
     pub shadows_drawn: bool,
     /// Requests ([`Renderer::request`](crate::Renderer::request)) that are not

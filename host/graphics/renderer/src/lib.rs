@@ -32,7 +32,6 @@ mod mesh_preparation;
 mod model;
 mod morph;
 mod outline;
-mod panels;
 mod pick;
 mod pipeline_description;
 mod pipelines;
@@ -41,6 +40,7 @@ mod quads;
 mod quality;
 mod renderer;
 mod resolver;
+mod scene_layer;
 mod scene_pass;
 mod scene_resources;
 mod section;
@@ -62,6 +62,7 @@ pub use busbar_density::{
 pub use busbar_gpu::{
     GpuError, MAX_STAGES, RecoveryAction, StageMillis, ValidationLog, WindowHandles,
 };
+pub use busbar_panel_painter::{EguiFrame, MAX_PANEL_VERTICES};
 pub use density_planes::DensityPlane;
 pub use draw_instance::{
     DrawInstance, MeshAtCursor, ModelHandle, Morph, PATTERNS, ResolveRequest,
@@ -69,13 +70,12 @@ pub use draw_instance::{
 };
 pub use draw_list::{DrawList, InstanceSource, MAX_DRAW_CHANGES};
 pub use error::RenderError;
-pub use frame::{EguiFrame, Frame, FrameStats, OutlineKind, OutlinedObject, Picture};
+pub use frame::{Frame, FrameStats, OutlineKind, OutlinedObject, Picture};
 pub use frame_buffers::{MAX_FEATURE_HIGHLIGHTS, MAX_INSTANCES};
 pub use ground::Ground;
 pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};
 pub use model::ModelUpload;
 pub use morph::{MAX_MORPHED_BYTES, VERTEX_BYTES};
-pub use panels::MAX_PANEL_VERTICES;
 pub use pick::{PickState, PixelArea};
 pub use polylines::{MAX_POLYLINE_PARTS, Polylines, WorldFace, WorldStroke};
 pub use quality::Quality;

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_gpu::{Gpu, GpuOptions, GpuQueue, ValidationLog, WindowHandles};
+use busbar_gpu::{Gpu, GpuOptions, GpuQueue, ImageArea, ValidationLog, WindowHandles};
+use busbar_panel_painter::PanelPainter;
 
 use crate::draw_reduction::{DrawReduction, NoReduction};
 use crate::model::GpuModel;
-use crate::panels::Panels;
 use crate::pick::{self, PendingPick, PickState, PickTargets, PixelArea};
+use crate::scene_layer::SceneLayer;
 use crate::scene_resources::{self as scene, FirstPass, SceneResources, millis_since};
 use crate::software::SoftwareReduction;
 use crate::targets::SceneTargets;
@@ -90,10 +91,17 @@ impl PictureSettings {
 pub struct Renderer {
     scene: SceneResources,
     targets: Option<SceneTargets>,
+    layer: SceneLayer,
+    /// True while the targets hold the last frame, panels included.
+    is_picture_whole: bool,
+    /// True while the window shows that picture; without a window, while it can be read.
+    is_shown: bool,
+    /// Progress of the last count of records.
+    counted: Option<DensityProgress>,
     one_pixel: PickTargets,
     /// Begun, and not asked for yet.
     pending: Option<PendingPick>,
-    panels: Panels,
+    panels: PanelPainter,
     setup: RendererSetup,
     /// The picture's size; in a window, the window's.
     size: [u32; 2],
@@ -164,7 +172,7 @@ impl Renderer {
         }
         let scene = SceneResources::new(&mut queue, (quality, samples), reduction)?;
         let one_pixel = PickTargets::new(gpu, [1, 1])?;
-        let panels = Panels::new(gpu, gpu.picture_format())?;
+        let panels = PanelPainter::new(gpu, gpu.picture_format())?;
         save_pipelines_to_disk(gpu);
         if setup.picture.on_software_rasterizer.is_some() && is_software {
             tracing::info!("the processor draws, at quality {quality:?} with {samples} samples");
@@ -172,8 +180,21 @@ impl Renderer {
         if !gpu.can_draw_lines() {
             tracing::warn!("this device draws no lines: wireframes show the fill alone");
         }
-        let (targets, pending) = (None, None);
-        Ok(Self { scene, targets, one_pixel, pending, panels, setup, size, is_software, queue })
+        Ok(Self {
+            scene,
+            targets: None,
+            layer: SceneLayer::default(),
+            is_picture_whole: false,
+            is_shown: false,
+            counted: None,
+            one_pixel,
+            pending: None,
+            panels,
+            setup,
+            size,
+            is_software,
+            queue,
+        })
     }
 
     /// Changes how it draws, on which device, from the next [`Renderer::renew`] on; whether
@@ -208,6 +229,7 @@ impl Renderer {
     /// # Errors
     /// When the device is lost or hangs.
     pub fn free_memory(&mut self) -> Result<(), RenderError> {
+        self.layer = SceneLayer::default();
         self.scene.cache.drop_all();
         self.scene.morpher.drop_all();
         self.scene.density = None;
@@ -240,6 +262,7 @@ impl Renderer {
             let (asked, limit) = (index as u64 + 1, MAX_MODELS as u64);
             return Err(RenderError::TooMany { what: "models", asked, limit });
         }
+        self.layer.forget();
         self.remove_model(handle);
         let mut recorder = self.queue.begin_transfer()?;
         let SceneResources { material_resources, feature_resources, vertices, .. } =
@@ -264,6 +287,7 @@ impl Renderer {
     pub fn remove_model(&mut self, model: ModelHandle) {
         let slot = self.scene.models.get_mut(model.0 as usize).and_then(Option::take);
         if slot.is_some() {
+            self.layer.forget();
             self.scene.resolver.cancel_where(|request| request.key().model == model.0);
             self.scene.morpher.remove_where(|key| key.model == model.0);
             self.scene.cache.remove_model(model.0);
@@ -273,6 +297,7 @@ impl Renderer {
 
     /// Frees all models; handles count from the first again.
     pub fn remove_all_models(&mut self) {
+        self.layer.forget();
         self.scene.clear();
     }
 
@@ -304,7 +329,7 @@ impl Renderer {
     /// # Errors
     /// When they contradict each other.
     pub fn update_textures(&mut self, delta: &egui::TexturesDelta) -> Result<(), RenderError> {
-        self.panels.update(delta)
+        Ok(self.panels.update(delta)?)
     }
 
     /// Counts records between the bins of axes, and which of them are brushed, on the device; waits
@@ -317,6 +342,7 @@ impl Renderer {
         &mut self,
         input: &DensityInput<'_>,
     ) -> Result<DensityCounts, RenderError> {
+        self.layer.forget();
         let counted = busbar_density::count(&mut self.queue, &mut self.scene.density, input);
         if counted.is_err() {
             // Among it may be what was never filled.
@@ -341,6 +367,10 @@ impl Renderer {
         let advanced = busbar_density::advance(&mut self.queue, density, input, waits);
         if advanced.is_err() {
             self.scene.density = None;
+        }
+        let counted = advanced.as_ref().ok().copied();
+        if std::mem::replace(&mut self.counted, counted) != counted {
+            self.layer.forget();
         }
         Ok(advanced?)
     }
@@ -367,16 +397,48 @@ impl Renderer {
         let Some(size) = self.size_to_draw()? else {
             return Ok(FrameStats::default());
         };
-        self.scene.cache.begin_frame();
         let drawn = self.draw_sized(frame, size);
+        self.is_picture_whole = drawn.is_ok();
         match drawn {
             Ok(_) => self.panels.end_frame(),
             Err(_) => {
+                self.is_shown = false;
+                self.layer.forget();
                 self.scene.abandon_frame();
                 self.panels.abandon_frame();
             }
         }
         drawn
+    }
+
+    /// Reports whether the last picture is that of a frame, panels included, and the window shows
+    /// it, so that drawing it would change nothing. False where that is not known, and while
+    /// geometry is on its way.
+    pub fn shows(&self, frame: &Frame<'_>) -> bool {
+        let Some(size) = self.targets.as_ref().map(SceneTargets::size) else { return false };
+        let fits = match self.setup.window {
+            Some(_) => self.queue.fits_window(),
+            None => self.size == size,
+        };
+        // A lost device is found out here where nothing else is asked of it.
+        let has_device = self.queue.is_idle().is_ok();
+        fits && has_device
+            && self.is_shown
+            && self.is_picture_whole
+            && self.scene.resolver.pending_count() == 0
+            && self.layer.shows(frame, size)
+            && self.panels.difference(frame.overlay.as_ref(), size).is_none()
+    }
+
+    /// Forgets the last picture and the kept image of the scene: the next frame draws all of it.
+    pub fn forget_picture(&mut self) {
+        self.layer.forget();
+        (self.is_picture_whole, self.is_shown) = (false, false);
+    }
+
+    /// Notes that the window lost its picture, for instance because it was uncovered.
+    pub fn invalidate_shown(&mut self) {
+        self.is_shown = false;
     }
 
     /// Returns the size of the next picture; `None` if there is nothing to draw into.
@@ -391,6 +453,7 @@ impl Renderer {
         let targets = match self.targets.take() {
             Some(targets) if targets.size() == size => targets,
             _ => {
+                self.layer.forget();
                 let gpu = self.queue.gpu();
                 SceneTargets::new(gpu, gpu.picture_format(), self.scene.samples, size)?
             }
@@ -398,12 +461,37 @@ impl Renderer {
         let targets = self.targets.insert(targets);
         let mut recorder = self.queue.begin_frame()?;
         let started = Instant::now();
-        let (mut stats, first_pass) = self.scene.record(&mut recorder, targets, frame)?;
-        if let Some(EguiFrame { primitives, pixels_per_point, .. }) = frame.overlay {
-            let _span = tracing::debug_span!("panels").entered();
-            let picture = &targets.picture;
-            self.panels.record(&mut recorder, picture, primitives, pixels_per_point)?;
-            recorder.end_stage("panels");
+        let difference = self.layer.difference(frame, size);
+        let is_kept = self.layer.is_kept()
+            && self.scene.resolver.pending_count() == 0
+            && difference.is_none();
+        if let Some(part) = difference {
+            tracing::debug!("the scene is drawn: {part} changed");
+        }
+        let (mut stats, first_pass, mut damage);
+        if is_kept {
+            let Self { layer, panels, is_picture_whole, .. } = self;
+            let difference = panels.difference(frame.overlay.as_ref(), size);
+            damage = if *is_picture_whole { difference } else { Some(whole(size)) };
+            if let Some(area) = damage {
+                layer.restore(&mut recorder, &targets.picture, area)?;
+            }
+            (stats, first_pass) = (layer.stats(), None);
+        } else {
+            damage = Some(whole(size));
+            self.scene.cache.begin_frame();
+            (stats, first_pass) = self.scene.record(&mut recorder, targets, frame)?;
+            self.layer.note_drawn(&mut recorder, frame, &targets.picture, stats)?;
+        }
+        match (frame.overlay, damage.take()) {
+            (Some(EguiFrame { primitives, pixels_per_point, .. }), Some(area)) => {
+                let _span = tracing::debug_span!("panels").entered();
+                let target = (&targets.picture, area);
+                self.panels.record(&mut recorder, target, primitives, pixels_per_point)?;
+                recorder.end_stage("panels");
+            }
+            (None, Some(_)) => self.panels.note_none(),
+            (_, None) => {}
         }
         stats.cpu_millis = millis_since(started);
         if let Some(FirstPass { handed, there, .. }) = first_pass {
@@ -414,14 +502,22 @@ impl Renderer {
         }
         stats.gpu_millis = recorder.queue().frame_millis();
         stats.gpu_stages = recorder.queue().stage_millis();
-        if self.setup.window.is_some() {
-            recorder.present(&targets.picture)?;
+        self.is_shown = if self.setup.window.is_some() {
+            recorder.present(&targets.picture)?
         } else {
             recorder.submit()?;
+            true
+        };
+        if !is_kept {
+            self.scene.cache.evict();
+            self.scene.trim();
         }
-        self.scene.cache.evict();
-        self.scene.trim();
         Ok(stats)
+    }
+
+    /// Reports whether all frames are finished; does not wait. False on a lost device.
+    pub fn has_finished(&self) -> bool {
+        self.queue.is_idle().unwrap_or(false)
     }
 
     /// Waits until all frames are finished, so that their time can be measured.
@@ -571,6 +667,11 @@ impl Drop for Renderer {
         // Some are compiled when first asked for.
         save_pipelines_to_disk(self.queue.gpu());
     }
+}
+
+/// Returns the area of a whole picture.
+fn whole(size: [u32; 2]) -> ImageArea {
+    ImageArea { origin: [0; 2], size }
 }
 
 /// Saves newly compiled pipelines to disk.

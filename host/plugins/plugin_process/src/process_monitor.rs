@@ -21,7 +21,7 @@ use crate::status::ending;
 /// Longest period between two checks of deadlines.
 const TURN: Duration = Duration::from_millis(50);
 /// Period of liveness probes.
-const PING_PERIOD: Duration = Duration::from_millis(100);
+const PING_PERIOD: Duration = Duration::from_millis(200);
 /// The longest that it takes to answer that: with the period before it, less than the
 /// second after which the tags of a plugin that hangs must be bad.
 const HEARTBEAT_DEADLINE: Duration = Duration::from_millis(650);
@@ -32,9 +32,9 @@ const MAX_STARVED: Duration = Duration::from_secs(10);
 const STARVED_SHARE: f64 = 0.5;
 /// Time before a deadline from which it is looked whether a process is starved.
 const DOUBT: Duration = Duration::from_millis(300);
-/// Delay of a turn that shows that this thread was held up, and perhaps the process too:
-/// deadlines are extended by that time.
-const STALL: Duration = Duration::from_millis(250);
+/// Delay of a turn beyond its time that shows that this thread was held up, and perhaps the process
+/// too: deadlines are extended by that time.
+const STALL: Duration = Duration::from_millis(200);
 /// The longest that a process may take to stop and end by itself.
 const QUIT_DEADLINE: Duration = Duration::from_millis(2_500);
 /// The longest that a process whose socket is closed takes to be gone.
@@ -65,6 +65,8 @@ pub(crate) struct ProcessMonitor<'a> {
     decoder: Decoder,
     buffer: Vec<u8>,
     last_turn: Instant,
+    /// Longest time that the turn was to wait.
+    planned_wait: Duration,
     pinged: Instant,
     /// True once the process has sent anything. Until then the process is loading from disk and
     /// only the deadline of loading counts.
@@ -91,6 +93,7 @@ impl<'a> ProcessMonitor<'a> {
             decoder: framing::decoder(),
             buffer: vec![0; READ_BYTES],
             last_turn: now,
+            planned_wait: TURN,
             pinged: now,
             is_there: false,
             unanswered: None,
@@ -126,8 +129,24 @@ impl<'a> ProcessMonitor<'a> {
             descriptors.push(PollFd::from_borrowed_fd(output.pipe().as_fd(), PollFlags::IN));
         }
         // Interrupted or not, everything is looked at.
-        let _ = poll(&mut descriptors, Some(&timespec(TURN)));
+        self.planned_wait = self.until_next_turn();
+        let _ = poll(&mut descriptors, Some(&timespec(self.planned_wait)));
         clear_wake(self.shared);
+    }
+
+    /// Returns the time until something is due, where nothing happens before: the next probe, or
+    /// the doubt about one. While a call is pending or the process ends, it is looked at each
+    /// [`TURN`].
+    fn until_next_turn(&self) -> Duration {
+        let is_calm =
+            self.is_there && self.quitting.is_none() && self.shared.state().calls.is_empty();
+        let due = match self.unanswered {
+            Some(since) => since + (HEARTBEAT_DEADLINE - DOUBT),
+            None => self.pinged + PING_PERIOD,
+        };
+        let left = due.saturating_duration_since(Instant::now());
+        // A probe is due only once its period is over.
+        if is_calm && !left.is_zero() { left + Duration::from_millis(1) } else { TURN }
     }
 
     /// Reads a piece of output; false at the end.
@@ -263,7 +282,7 @@ impl<'a> ProcessMonitor<'a> {
     /// Pings, and finds who is late.
     fn check_deadlines(&mut self) -> Result<(), KillReason> {
         let now = Instant::now();
-        let held_up = (now - self.last_turn).saturating_sub(STALL);
+        let held_up = (now - self.last_turn).saturating_sub(self.planned_wait + STALL);
         self.last_turn = now;
         if !held_up.is_zero() {
             self.unanswered = self.unanswered.map(|_| now);

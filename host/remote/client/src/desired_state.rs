@@ -22,7 +22,7 @@ pub(crate) struct DesiredState {
     pub(crate) size: [u32; 2],
     pub(crate) panels: bool,
     pub(crate) operator: String,
-    is_visible: bool,
+    pub(crate) is_visible: bool,
     /// Last camera command of the program, until the viewer reports its pose.
     camera: Option<Command>,
     theta: Option<f64>,

@@ -22,6 +22,8 @@ use crate::viewer_process::{ViewerProcess, ending};
 
 /// Period at which a viewer's signs of life are sampled.
 const SAMPLE_PERIOD: Duration = Duration::from_millis(25);
+/// Period of samples while the program does not want to see the picture: none is marked then.
+const UNSEEN_SAMPLE_PERIOD: Duration = Duration::from_millis(100);
 /// Longest time from a viewer's start to its first picture: optimizers may have much to do.
 const MAX_START: Duration = Duration::from_secs(300);
 /// The longest time without heartbeat and progress before the first picture: a process that
@@ -45,6 +47,8 @@ pub(crate) struct Supervisor {
     reported: Liveness,
     /// Since when the picture has been live without a pause.
     live_since: Option<Instant>,
+    /// Since when the program has wanted to see the picture; none while it does not.
+    seen_since: Option<Instant>,
     was_ever_ready: bool,
 }
 
@@ -74,6 +78,7 @@ impl Supervisor {
             dying: Vec::new(),
             reported: Liveness::Live,
             live_since: None,
+            seen_since: Some(Instant::now()),
             was_ever_ready: false,
         }
     }
@@ -120,6 +125,7 @@ impl Supervisor {
         let timeout = match (&self.viewer, self.due.saturating_duration_since(Instant::now())) {
             (None, left) if self.dying.is_empty() => left,
             (None, left) => left.clamp(Duration::from_millis(1), SAMPLE_PERIOD),
+            (Some(_), _) if self.seen_since.is_none() => UNSEEN_SAMPLE_PERIOD,
             (Some(_), _) => SAMPLE_PERIOD,
         };
         let timeout = Timespec {
@@ -209,6 +215,7 @@ impl Supervisor {
         let verdict = assess(&signs, &self.limits);
         let limit = picture_limit(self.limits.silent, signs.frame_time);
         self.shared.set_picture_limit(limit);
+        self.follow_visibility();
         let before = self.shared.verdict();
         self.shared.set_verdict(verdict);
         if verdict == Liveness::Hung {
@@ -219,6 +226,15 @@ impl Supervisor {
             self.shared.push_event(Event::Frame);
         }
         self.report_verdict(verdict, &signs);
+    }
+
+    /// Follows whether the program wants to see the picture.
+    fn follow_visibility(&mut self) {
+        let is_visible = lock(&self.shared.desired).is_visible;
+        self.seen_since = match self.seen_since {
+            Some(since) if is_visible => Some(since),
+            _ => is_visible.then(Instant::now),
+        };
     }
 
     /// Ends a viewer that hangs before its first picture.
@@ -239,6 +255,12 @@ impl Supervisor {
             self.live_since = None;
         }
         if verdict == self.reported {
+            return;
+        }
+        // A picture that nobody wants to see is not drawn, and takes its time to be of now again.
+        let limit = picture_limit(self.limits.silent, signs.frame_time);
+        if verdict == Liveness::Late && self.seen_since.is_none_or(|since| since.elapsed() < limit)
+        {
             return;
         }
         let age = signs.picture_age.unwrap_or_default().as_millis();

@@ -539,7 +539,7 @@ BusbarStatus busbar_view_resize(const struct BusbarView *view,
                                 uint32_t width,
                                 uint32_t height);
 
-// Sets whether anybody can see the picture; few frames are rendered otherwise. Alarms continue.
+// Sets whether anybody can see the picture; it is not drawn otherwise. Alarms continue.
 BUSBAR_API BusbarStatus busbar_view_set_visible(const struct BusbarView *view, int32_t visible);
 
 // Moves the camera to one of the configuration.

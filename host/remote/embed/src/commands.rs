@@ -53,7 +53,7 @@ pub unsafe extern "C" fn busbar_view_resize(
     unsafe { ask(view, Some(Command::Resize([width, height]))) }
 }
 
-/// Sets whether anybody can see the picture; few frames are rendered otherwise. Alarms continue.
+/// Sets whether anybody can see the picture; it is not drawn otherwise. Alarms continue.
 ///
 /// # Safety
 /// `view` is null or open.

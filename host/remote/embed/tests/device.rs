@@ -9,6 +9,7 @@ use std::process::Command;
 use std::time::{Duration, SystemTime};
 
 use busbar::abi::*;
+use busbar::commands::busbar_view_pick;
 use common::*;
 use e2e::{built, built_folder};
 use vulkan_faults::{FAULT_VARIABLE, STRUCK_VARIABLE, VulkanFault, install};
@@ -46,6 +47,8 @@ fn a_lost_device_is_not_seen_but_as_a_pause() {
         let before = host.look_around();
         let viewer = host.viewer();
         while !struck.exists() {
+            // A view at rest submits nothing; each pick is a submission.
+            host.call(|view| unsafe { busbar_view_pick(view, 1, 1) });
             host.turn();
         }
         let at = std::fs::metadata(&struck).and_then(|file| file.modified()).expect("it was made");

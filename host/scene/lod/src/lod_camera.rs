@@ -28,6 +28,16 @@ pub enum PixelSize {
     Metres(f32),
 }
 
+impl PixelSize {
+    /// Returns a lower bound of the pixel size at a distance from the eye, both in metres.
+    pub fn at_distance(self, distance: f32) -> f32 {
+        match self {
+            Self::PerMetre { ahead, corner } => ahead * corner * distance,
+            Self::Metres(metres) => metres,
+        }
+    }
+}
+
 impl LodCamera {
     /// Returns a lower bound of the pixel size within a box at a distance, both in metres.
     pub fn pixel_at(&self, bounds: &Bounds, distance: f32) -> f32 {

@@ -22,6 +22,14 @@ pub struct HostTagValue {
     pub waited: Duration,
 }
 
+impl HostTagValue {
+    /// Creates a good value that is set now.
+    pub fn from_number(number: f64) -> Self {
+        let (value, quality) = (Some(Value::F64(number)), Quality::Good);
+        Self { value, quality, source_time: None, waited: Duration::ZERO }
+    }
+}
+
 /// Judges the values that a host program sets, one source of many tags.
 pub(crate) struct HostIntake(SampleIntake);
 

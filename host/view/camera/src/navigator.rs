@@ -109,6 +109,12 @@ impl Navigator {
         self.transition.is_some() || self.inertia_velocity != Vec2::ZERO
     }
 
+    /// Reports whether the camera has arrived at another position, as
+    /// [`Navigator::take_arrival`] does.
+    pub fn has_arrived(&self) -> bool {
+        self.has_arrived
+    }
+
     /// Takes the flag that the camera has arrived at another position.
     pub fn take_arrival(&mut self) -> bool {
         std::mem::take(&mut self.has_arrived)

@@ -96,6 +96,34 @@ pub(crate) fn draw(
     arrows.iter().for_each(|arrow| arrow.draw(eye, faces, strokes));
 }
 
+/// Largest difference of two arrows' widths that nobody sees, pixels.
+const UNSEEN_PIXELS: f32 = 0.25;
+
+/// Reports whether two flows have arrows between which nobody sees a difference. `pixel_at` gives
+/// the size of a pixel at a distance from the eye, both in metres.
+pub(crate) fn look_alike(
+    [before, now]: [&PowerFlow; 2],
+    is_good: bool,
+    graph: &SceneGraph,
+    (eye, pixel_at): (Vec3, &dyn Fn(f32) -> f32),
+) -> bool {
+    if before == now {
+        return true;
+    }
+    let arrow_of =
+        |flow: &PowerFlow| arrow(graph, [flow.from, flow.to], Some(flow.share).filter(|_| is_good));
+    let (Some(before), Some(now)) = (arrow_of(before), arrow_of(now)) else { return false };
+    let is_same_shape = match (before.shape, now.shape) {
+        (ArrowShape::Unknown, ArrowShape::Unknown) => true,
+        (ArrowShape::Known { width: before, heads: had }, ArrowShape::Known { width, heads }) => {
+            let nearest = (now.middle.distance(eye) - now.length / 2.0).max(0.0);
+            had == heads && (width - before).abs() <= UNSEEN_PIXELS * pixel_at(nearest)
+        }
+        _ => false,
+    };
+    is_same_shape && Arrow { shape: now.shape, ..before } == now
+}
+
 fn arrow(graph: &SceneGraph, ends: [NodeIndex; 2], share: Option<f64>) -> Option<Arrow> {
     let [from, to] = ends.map(|node| top_of(graph.node(node)));
     let height = from.y.max(to.y) + CLEARANCE;

@@ -6,7 +6,7 @@ use busbar_overlay_picture::OverlayLine;
 use busbar_scene::{NodeIndex, SceneGraph, SceneNode};
 use busbar_tags::Snapshot;
 use busbar_types::{Origin, Quality, Reason, Severity};
-use busbar_ui::{Label, LabelLine, ValueMark};
+use busbar_ui::{Age, Label, LabelLine, ValueMark};
 use glam::{Vec3, vec3};
 
 use crate::overlay_layers::UnknownVerdict;
@@ -111,8 +111,8 @@ fn label_line<'a>(line: NodeLine<'a>, snapshot: Snapshot<'_>) -> LabelLine<'a> {
         NodeLine::Value(line, is_late) => (line, is_late),
         NodeLine::Unknown(verdict) => {
             return LabelLine {
-                caption: &verdict.layer,
-                text: "unknown",
+                caption: verdict.layer.as_str().into(),
+                text: "unknown".into(),
                 mark: ValueMark::Bad { reason: verdict.reason.clone() },
                 age: None,
                 origin: Origin::LIVE,
@@ -128,10 +128,11 @@ fn label_line<'a>(line: NodeLine<'a>, snapshot: Snapshot<'_>) -> LabelLine<'a> {
         (false, quality) => mark(quality, line.severity),
     };
     LabelLine {
-        caption: &line.caption,
-        text: &line.text,
+        caption: line.caption.as_str().into(),
+        text: line.text.as_str().into(),
         mark,
-        age: state.and_then(|s| s.age),
+        // Shown beside a value that is not good.
+        age: state.filter(|s| !s.quality.is_good()).and_then(|s| s.age).map(Age::from),
         origin: state.map_or(Origin::LIVE, |s| s.origin),
     }
 }

@@ -26,14 +26,14 @@ pub(crate) struct OverlayGeometry {
     revision: u64,
 }
 
-#[derive(Default)]
+#[derive(Default, PartialEq)]
 struct Geometry {
     faces: Vec<WorldFace>,
     strokes: Vec<WorldStroke>,
 }
 
 /// Inputs that the geometry was computed from.
-#[derive(Default, PartialEq)]
+#[derive(Default)]
 struct GeometryInputs {
     eye: Vec3,
     flows: Vec<(PowerFlow, bool)>,
@@ -41,14 +41,15 @@ struct GeometryInputs {
 }
 
 impl OverlayGeometry {
-    /// Rebuilds the geometry if overlays or the eye position have changed.
+    /// Rebuilds the geometry if overlays or the eye position have changed, and something would look
+    /// otherwise.
     pub(crate) fn update(
         &mut self,
         graph: &SceneGraph,
         layers: &OverlayLayers,
         overlay_frame: &OverlayFrame,
         snapshot: Snapshot<'_>,
-        eye: Vec3,
+        (eye, pixel_at): (Vec3, &dyn Fn(f32) -> f32),
     ) {
         let is_good = |tag| snapshot.state(tag).is_some_and(|state| state.quality.is_good());
         let inputs = GeometryInputs {
@@ -57,19 +58,28 @@ impl OverlayGeometry {
             flows: overlay_frame.flows.iter().map(|flow| (*flow, is_good(flow.tag))).collect(),
             levels: overlay_frame.levels.iter().map(|level| (*level, is_good(level.tag))).collect(),
         };
-        if inputs == self.inputs {
-            return;
-        }
+        let mut has_changed = false;
         if inputs.levels != self.inputs.levels {
-            self.contours = contours(graph, layers, &inputs.levels);
+            let contours = contours(graph, layers, &inputs.levels);
+            // Most levels move within their bands.
+            has_changed |= contours != self.contours;
+            (self.contours, self.inputs.levels) = (contours, inputs.levels);
         }
-        if (&inputs.flows, inputs.eye) != (&self.inputs.flows, self.inputs.eye) {
+        let looks_alike = inputs.eye == self.inputs.eye
+            && inputs.flows.len() == self.inputs.flows.len()
+            && self.inputs.flows.iter().zip(&inputs.flows).all(|((before, was), (now, is))| {
+                was == is && flow_arrows::look_alike([before, now], *is, graph, (eye, pixel_at))
+            });
+        if !looks_alike {
             self.arrows = Geometry::default();
             let Geometry { faces, strokes } = &mut self.arrows;
             flow_arrows::draw(&overlay_frame.flows, graph, snapshot, eye, faces, strokes);
+            (self.inputs.flows, self.inputs.eye) = (inputs.flows, inputs.eye);
+            has_changed = true;
         }
-        self.inputs = inputs;
-        self.chart = None;
+        if has_changed {
+            self.chart = None;
+        }
     }
 
     fn is_empty(&self) -> bool {

@@ -155,17 +155,19 @@ impl SceneOverlays {
     }
 
     /// Updates highlights and geometry to a frame, as seen from `eye`, world space in metres.
+    /// `pixel_at` gives the size of a pixel at a distance from it, both in metres; 0 draws each
+    /// change, however small.
     pub fn update_graphics(
         &mut self,
         site: &Site,
         graph: &SceneGraph,
         frame: &OverlayFrame,
         selection: &BTreeSet<NodeIndex>,
-        eye: Vec3,
+        (eye, pixel_at): (Vec3, &dyn Fn(f32) -> f32),
     ) {
         let snapshot = site.snapshot();
         self.highlights.update(graph, frame, snapshot, selection);
-        self.geometry.update(graph, &self.layers, frame, snapshot, eye);
+        self.geometry.update(graph, &self.layers, frame, snapshot, (eye, pixel_at));
         self.geometry.append_chart(self.chart.as_ref().and_then(SceneChart::polylines));
     }
 

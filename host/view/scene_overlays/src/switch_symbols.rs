@@ -3,7 +3,7 @@
 use busbar_scene::SceneGraph;
 use busbar_tags::Snapshot;
 use busbar_types::Origin;
-use busbar_ui::{SwitchState, SwitchSymbol};
+use busbar_ui::{Age, SwitchState, SwitchSymbol};
 
 use crate::labels::OverlayCamera;
 use crate::moving_parts::MovingParts;
@@ -32,7 +32,7 @@ pub(crate) fn switch_symbols(
             anchor: camera.projection.to_screen(place)?,
             distance: camera.eye.distance(place),
             state,
-            age: told.and_then(|told| told.age).filter(|_| !is_good),
+            age: told.and_then(|told| told.age).filter(|_| !is_good).map(Age::from),
             origin,
         })
     };

@@ -124,13 +124,21 @@ impl DetailControl {
 
     /// Updates budget and panel rows after a frame was drawn.
     pub(crate) fn note_frame(&mut self, renderer: &Renderer, frame: &FrameStats) {
-        let Self { cursors, models, .. } = self;
         self.resolved += u64::from(frame.resolved);
+        self.note_cursors(renderer);
+        // A frame with the scene's image of an earlier one tells nothing of its cost.
+        if !frame.is_scene_kept {
+            self.budget.record_frame(frame);
+        }
+    }
+
+    /// Updates panel rows to the cursors of a frame.
+    pub(crate) fn note_cursors(&mut self, renderer: &Renderer) {
+        let Self { cursors, models, .. } = self;
         cursors.count_moved(|place| renderer.triangles_at(&mesh_at_cursor(models, place)));
         if let Some(details) = cursors.changed_detail() {
             models.iter_mut().zip(&details).for_each(|(model, detail)| model.set_detail(detail));
         }
-        self.budget.record_frame(frame);
     }
 
     /// Returns cursors and models for an update of the draw list.

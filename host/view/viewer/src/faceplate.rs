@@ -10,7 +10,7 @@ use busbar_site::{OriginInterval, Site, VerdictText};
 use busbar_tags::{HandleRemap, Moment, Snapshot, SourceTime, TagHandle, TagState};
 use busbar_types::{Origin, Quality, Reason, Severity, Verdict};
 use busbar_ui::{
-    Faceplate, FaceplateState, FaceplateValue, LegendRow, Trend, TrendOrigin, TrendPoint,
+    Age, Faceplate, FaceplateState, FaceplateValue, LegendRow, Trend, TrendOrigin, TrendPoint,
     TrendState, ValueMark,
 };
 use jiff::Timestamp;
@@ -248,7 +248,7 @@ impl OpenFaceplate {
                 } else {
                     mark(quality, Severity::Normal)
                 },
-                age: tag.and_then(|tag| tag.age),
+                age: tag.and_then(|tag| tag.age).map(Age::from),
                 origin: origins.fold(Origin::LIVE, Origin::union),
             })
         };

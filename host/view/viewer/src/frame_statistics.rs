@@ -3,13 +3,18 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use busbar_renderer::FrameStats;
 use busbar_site::SiteStepMillis;
+use busbar_ui::FrameTimes;
 
 use crate::reload::ReloadCounters;
+use crate::stats;
 use busbar_scene_loader::millis_since;
 
 /// Frame times kept for statistics.
 const MAX_FRAME_TIMES: usize = 1024;
+/// Shortest time between two changes of the displayed frame times: they are no reason to draw.
+const DISPLAY_PERIOD: Duration = Duration::from_secs(1);
 
 /// CPU time of parts of the last frame, milliseconds of this thread. Waiting time, such as for an
 /// overlay's process, is not included.
@@ -42,16 +47,28 @@ pub(crate) struct FrameStatistics {
     pub(crate) reloads: ReloadCounters,
     frame_millis: VecDeque<f64>,
     frames: u64,
+    /// Times as panels display them, and when they changed last.
+    displayed: (Option<Instant>, FrameTimes),
 }
 
 impl FrameStatistics {
     /// Records the time of a frame since its start.
-    pub(crate) fn record_frame(&mut self, started: Instant) {
+    pub(crate) fn record_frame(&mut self, started: Instant, drawn: &FrameStats) {
         self.frames += 1;
         if self.frame_millis.len() == MAX_FRAME_TIMES {
             self.frame_millis.pop_front();
         }
         self.frame_millis.push_back(millis_since(started));
+        if self.displayed.0.is_none_or(|at| at.elapsed() >= DISPLAY_PERIOD) {
+            let stages = stats::gpu_millis(drawn).into_iter().collect();
+            let times = FrameTimes { frame: self.last_millis(), gpu_stages: stages };
+            self.displayed = (Some(Instant::now()), times);
+        }
+    }
+
+    /// Returns the times of a frame as panels display them.
+    pub(crate) fn displayed(&self) -> &FrameTimes {
+        &self.displayed.1
     }
 
     /// Returns the number of frames drawn.

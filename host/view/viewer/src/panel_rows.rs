@@ -6,7 +6,7 @@ use busbar_plugin_process::{PluginState, PluginStatus};
 use busbar_site::PluginHealth;
 use busbar_tags::{Snapshot, TagHandle};
 use busbar_types::{Origin, Severity, Value};
-use busbar_ui::{LinkIndicator, PluginRow, TagRow, TagRows};
+use busbar_ui::{Age, LinkIndicator, PluginRow, TagRow, TagRows};
 
 use crate::tag_filter::TagFilter;
 use busbar_scene_loader::LoadedScene;
@@ -55,7 +55,7 @@ impl<'a> TagListRows<'a> {
             value: state.value.map_or_else(|| "–".into(), value_text),
             unit: spec.unit.clone(),
             mark: mark(state.quality, severity.max(of_overlays)),
-            age: state.age,
+            age: state.age.map(Age::from),
             node: self.scene.node_of(tag),
             origin: state.origin,
         }

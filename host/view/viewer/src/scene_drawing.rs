@@ -146,15 +146,17 @@ impl SceneDrawing {
     }
 
     /// Notes a frame that was drawn.
-    pub(crate) fn note_frame(
-        &mut self,
-        view: CameraView,
-        drawn: FrameStats,
-        primitives: Vec<ClippedPrimitive>,
-    ) {
-        (self.last_frame, self.primitives) = (drawn, primitives);
+    pub(crate) fn note_frame(&mut self, view: CameraView, drawn: FrameStats) {
+        self.last_frame = drawn;
         // What was never seen elsewhere rests from the first.
         self.camera_rests = self.last_view.replace(view).is_none_or(|before| before == view);
+    }
+
+    /// Notes a frame whose picture is the last one.
+    pub(crate) fn note_unchanged(&mut self) {
+        self.camera_rests = true;
+        // Nothing came and nothing is on its way.
+        (self.last_frame.resolved, self.last_frame.waiting) = (0, 0);
     }
 
     /// Returns the camera view of the last frame drawn.
@@ -165,6 +167,17 @@ impl SceneDrawing {
     /// Reports whether the camera view of the last frame was that of the frame before.
     pub(crate) fn camera_rests(&self) -> bool {
         self.camera_rests
+    }
+
+    /// Keeps the panels of a frame, to draw it again.
+    pub(crate) fn keep_panels(&mut self, primitives: Vec<ClippedPrimitive>) {
+        self.primitives = primitives;
+    }
+
+    /// Takes the panels of the last frame, which are to come back by
+    /// [`SceneDrawing::keep_panels`].
+    pub(crate) fn take_panels(&mut self) -> Vec<ClippedPrimitive> {
+        std::mem::take(&mut self.primitives)
     }
 
     /// Returns the panels of the last frame drawn.

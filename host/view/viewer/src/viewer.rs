@@ -11,6 +11,7 @@ mod report;
 mod settings;
 
 pub use busbar_site::ChangedAlarm;
+use frame_steps::DrawOutcome;
 pub use host_interface::CameraPose;
 
 use std::time::{Duration, Instant};
@@ -52,20 +53,30 @@ pub struct Viewer {
     panels: Panels,
     host: HostProgram,
     statistics: FrameStatistics,
+    /// False while nobody sees the picture: nothing is drawn then.
+    is_seen: bool,
+    /// True once the picture would be another than the last one drawn, while nobody sees it.
+    has_unseen_changes: bool,
 }
 
 /// Output of a frame for the platform.
 pub struct FrameOutput {
-    /// Cursor shape, clipboard, links.
-    pub platform: egui::PlatformOutput,
+    /// Cursor shape, clipboard, links; none where they are as before.
+    pub platform: Option<egui::PlatformOutput>,
     /// Longest delay until the panels must run again.
     pub repaint_after: Duration,
+    /// True if a picture was drawn; false where it would have been that of the frame before, and
+    /// while nobody sees it.
+    pub is_drawn: bool,
+    /// True if the last picture drawn agrees with the values of this frame.
+    pub is_current: bool,
     /// Reason why the window shows an older picture; no value in it is live then.
     pub trouble: Option<String>,
 }
 
 impl Viewer {
-    /// Steps the view: takes samples, runs overlays and panels, draws.
+    /// Steps the view: takes samples, runs overlays and panels, and draws where the picture would
+    /// be another than the last one. A view that settles draws each frame.
     ///
     /// # Errors
     /// Errors of the graphics device.
@@ -77,18 +88,32 @@ impl Viewer {
         let stepped = self.site.step(&SceneDirectory::new(&self.scene));
         self.equipment.look_up_records(self.site.records(), wall_clock());
         let mut stages = FrameStageMillis::from(stepped);
+        if self.has_unseen_changes && input.events.is_empty() {
+            return self.step_unseen(seconds);
+        }
         let shown = self.assemble_overlays(seconds, &mut stages);
-        let (mut panels, labelled) = self.run_panels(input, &shown, &mut stages);
+        let Some((mut panels, labelled)) = self.run_panels(input, &shown, &mut stages) else {
+            self.has_unseen_changes = true;
+            return self.step_unseen(seconds);
+        };
         self.update_graphics(&shown, &mut stages);
         self.statistics.stages = stages;
         self.update_detail(seconds);
-        let Some(drawn) = self.draw(&mut panels, started)? else {
-            return Ok(self.skipped_frame(panels.egui));
-        };
-        self.note_drawn(drawn, panels.primitives, (shown, labelled));
+        let outcome = self.draw(&mut panels, started)?;
+        let is_drawn = matches!(outcome, DrawOutcome::Drawn(_));
+        let is_current = is_drawn || matches!(outcome, DrawOutcome::Unchanged);
+        match outcome {
+            DrawOutcome::NoDevice => return Ok(self.skipped_frame(panels)),
+            DrawOutcome::Unchanged => self.note_unchanged(),
+            DrawOutcome::Unseen => self.has_unseen_changes = true,
+            DrawOutcome::Drawn(drawn) => self.note_drawn(drawn),
+        }
+        self.note_shown(shown, labelled);
         self.step_picks()?;
-        self.statistics.record_frame(started);
-        self.release_loading_memory();
-        Ok(self.frame_output(panels.egui))
+        if is_drawn {
+            self.statistics.record_frame(started, self.drawing.last_frame());
+            self.release_loading_memory();
+        }
+        Ok(FrameOutput { is_drawn, is_current, ..self.frame_output(panels) })
     }
 }

@@ -11,7 +11,7 @@ use busbar_viewer::{Picture, RenderError, ViewError, Viewer, renderer_options};
 
 /// Longest period between frames without commands, since live values change.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
-/// Frame period of an invisible picture: short enough for the liveness check.
+/// Period of steps while nobody sees the picture: short enough for the liveness check.
 const HIDDEN_PERIOD: Duration = Duration::from_millis(200);
 /// Frames come no faster than this.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
@@ -26,7 +26,7 @@ impl ViewerServer {
         let mut writer = PictureWriter::new(memory);
         let mut size = self.size();
         let mut viewer = self.open_viewer(|| open(scene, size))?;
-        let (mut last, started) = (None, Instant::now());
+        let (mut last, mut is_published, started) = (None, true, Instant::now());
         let (mut input_state, mut trouble) = (InputState::default(), None);
         loop {
             let Some(requests) = self.apply_commands(&mut viewer) else { return Ok(()) };
@@ -34,19 +34,24 @@ impl ViewerServer {
             let FrameRequests { size: wanted, input: done, .. } = requests;
             size = wanted.unwrap_or(size);
             viewer.resize_offscreen(size);
+            viewer.set_seen(self.is_visible());
             let mut input = viewer.headless_input(started.elapsed().as_secs_f64());
             input_state.apply(&mut input, done);
             let frame =
                 viewer.frame(input).inspect_err(|error| self.report_failure(&error.to_string()))?;
-            if frame.trouble.is_none() {
+            is_published &= !frame.is_drawn;
+            if frame.trouble.is_none() && !frame.is_current {
+                // Nobody sees the picture, which is of earlier values: nothing confirms it.
+            } else if frame.trouble.is_none() && is_published && last.is_some() {
+                // It agrees with the values of this turn as well.
+                writer.memory().confirm(self.iteration.began_at_boot_nanos);
+            } else if frame.trouble.is_none() {
                 match viewer.read_picture() {
                     Ok(picture) => {
-                        if publish(
-                            &mut writer,
-                            &mut last,
-                            picture,
-                            self.iteration.began_at_boot_nanos,
-                        ) {
+                        let true_at = self.iteration.began_at_boot_nanos;
+                        let published = publish(&mut writer, &mut last, picture, true_at);
+                        is_published = published != PublishOutcome::Failed;
+                        if published == PublishOutcome::New {
                             self.report_picture();
                         }
                     }
@@ -75,14 +80,24 @@ fn open(scene: LoadedScene, size: [u32; 2]) -> Result<Viewer, ViewError> {
     Viewer::new_offscreen(scene, options, size)
 }
 
-/// Publishes a picture unless it is the one before; whether it did. It was true at an
-/// instant either way.
+/// Outcome of publishing a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PublishOutcome {
+    /// Picture that differs from the one before.
+    New,
+    /// Picture equal to the one before, which was confirmed.
+    Confirmed,
+    /// Picture without room in the shared memory.
+    Failed,
+}
+
+/// Publishes a picture unless it is the one before. It was true at an instant either way.
 fn publish(
     writer: &mut PictureWriter,
     last: &mut Option<Picture>,
     mut picture: Picture,
     presented_at: u64,
-) -> bool {
+) -> PublishOutcome {
     let size = [picture.width, picture.height];
     for pixel in picture.rgba8.chunks_exact_mut(pictures::PIXEL_BYTES) {
         pixel.swap(0, 2);
@@ -93,15 +108,15 @@ fn publish(
     });
     if changed.is_empty() {
         writer.memory().confirm(presented_at);
-        return false;
+        return PublishOutcome::Confirmed;
     }
     let published = writer.publish(size, changed, presented_at, |room| {
         room.copy_from_slice(&picture.rgba8);
     });
     if let Err(error) = published {
         tracing::error!("a picture of {} x {} pixels: {error}", size[0], size[1]);
-        return false;
+        return PublishOutcome::Failed;
     }
     *last = Some(picture);
-    true
+    PublishOutcome::New
 }

@@ -8,7 +8,7 @@ use busbar_scene::NodeIndex;
 use busbar_site::{AlarmService, ExternalAlarm, ExternalSource};
 use busbar_tags::{Snapshot, SourceTime, TagSet};
 use busbar_types::{AlarmState, Origin, Priority};
-use busbar_ui::{AlarmDetail, AlarmList, AlarmModel, AlarmRow, AlarmRows};
+use busbar_ui::{Age, AlarmDetail, AlarmList, AlarmModel, AlarmRow, AlarmRows};
 
 use super::external_text::{long_uncertainty, short_uncertainty, statuses};
 use super::{AlarmPresentation, text};
@@ -53,13 +53,13 @@ impl AlarmListRows<'_> {
             is_active: status.standing.is_active,
             uncertainty,
             time: status.occurred.map_or_else(String::new, |at| text::time(at, wall_clock)),
-            age: status.since.map(|since| elapsed(since, wall_clock)),
+            age: status.since.map(|since| elapsed(since, wall_clock).into()),
             value,
             equipment: self.equipment(alarm_service, alarm),
             occurrences: status.occurrences,
             chatters: status.chatters,
             is_first_out: status.is_first_out,
-            shelf_left: status.shelf_left.filter(|_| state == AlarmState::Shelved),
+            shelf_left: status.shelf_left.filter(|_| state == AlarmState::Shelved).map(Age::from),
             is_saving,
             origin: status.origin | self.origin_of(spec),
             ..AlarmRow::default()
@@ -84,7 +84,7 @@ impl AlarmListRows<'_> {
             is_active: standing.is_active,
             uncertainty: short_uncertainty(source, alarm),
             time: alarm.since().map_or_else(String::new, |at| text::time(at, wall_clock)),
-            age: alarm.since().map(|since| elapsed(since, wall_clock)),
+            age: alarm.since().map(|since| elapsed(since, wall_clock).into()),
             equipment: self.equipment(alarm_service, external.number),
             source: Some(source.name().to_owned()),
             origin: self.declared_origin(source),
@@ -165,7 +165,8 @@ impl AlarmListRows<'_> {
         rows.extend(
             external.map(|(source, external)| self.external_row(alarm_service, source, external)),
         );
-        rows.sort_by_key(|row| (!row.is_unacknowledged, row.priority as u8, row.age));
+        let age = |row: &AlarmRow| row.age.map(Age::duration);
+        rows.sort_by_key(|row| (!row.is_unacknowledged, row.priority as u8, age(row)));
         rows.truncate(most);
         (rows, calm)
     }

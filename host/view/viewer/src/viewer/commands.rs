@@ -78,7 +78,7 @@ impl Viewer {
     pub fn apply_chart_command(&mut self, command: &ChartCommand) {
         let copied = self.overlays.chart_mut().and_then(|chart| chart.apply(command));
         if let Some(text) = copied {
-            self.panels.context().copy_text(text);
+            self.panels.copy_text(text);
         }
     }
 }

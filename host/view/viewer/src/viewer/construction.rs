@@ -107,6 +107,8 @@ impl Viewer {
             panels: Panels::new(in_window, appearance_of(&mut scene)),
             host: HostProgram::default(),
             statistics: FrameStatistics::default(),
+            is_seen: true,
+            has_unseen_changes: false,
             site,
             scene,
         })

@@ -6,22 +6,35 @@ use busbar_renderer::{CameraView, EguiFrame, Frame, FrameStats, Picture, RenderE
 use busbar_scene::NodeIndex;
 use busbar_site::CpuClock;
 use busbar_ui::{Command, ListModels, SceneOverlay};
-use egui::{ClippedPrimitive, FullOutput, RawInput};
+use egui::{PlatformOutput, RawInput, Rect};
 
 use super::{FrameOutput, Viewer};
 use crate::ViewError;
 use crate::alarms::AlarmListRows;
 use crate::frame_statistics::FrameStageMillis;
 use crate::freed_memory::release_freed_memory;
-use crate::panel_frame::PanelFrame;
+use crate::panel_frame::{PanelFrame, are_same};
 use crate::panel_rows::TagListRows;
 use crate::scene_drawing::background;
 use busbar_camera::NavigationContext;
+use busbar_camera::Navigator;
 use busbar_camera::Projection;
 use busbar_lod::LodCamera;
 use busbar_scene_loader::millis_since;
 use busbar_scene_overlays::OverlayFrame;
 use busbar_scene_overlays::{LinesByNode, OverlayCamera};
+
+/// Outcome of drawing a frame.
+pub(super) enum DrawOutcome {
+    /// Picture that was drawn.
+    Drawn(DrawnFrame),
+    /// Last picture, which is that of the frame as well.
+    Unchanged,
+    /// Last picture, which is of an earlier frame: nobody sees it.
+    Unseen,
+    /// No picture, for there is no device.
+    NoDevice,
+}
 
 /// Frame that was drawn, with the camera view that it shows.
 pub(super) struct DrawnFrame {
@@ -50,14 +63,34 @@ impl Viewer {
         shown
     }
 
+    /// Steps the view while nobody sees the picture, which would be another than the last one: takes
+    /// samples, steps alarms, obeys the host program, answers picks.
+    pub(super) fn step_unseen(&mut self, seconds: f64) -> Result<FrameOutput, ViewError> {
+        let Self { site, scene, overlays, interaction, host, navigator, target, .. } = self;
+        if let Some(id) = overlays.step_chart(site, &scene.graph, seconds) {
+            interaction.select(scene.graph.find(&id));
+            host.camera_commands.push(Command::Reveal(id));
+        }
+        let selection = interaction.selected_bounds(&scene.graph);
+        let (graph, cameras) = (&*scene.graph, &scene.config.cameras);
+        let context = NavigationContext { graph, cameras, viewport: target.viewport, selection };
+        navigator.steer(&std::mem::take(&mut host.camera_commands), &context);
+        self.step_picks()?;
+        let trouble = self.renderer.recovery().frozen_message();
+        let (is_drawn, is_current) = (false, false);
+        let repaint_after = Duration::MAX;
+        Ok(FrameOutput { platform: None, repaint_after, is_drawn, is_current, trouble })
+    }
+
     /// Runs the panels, steers the camera, and performs the operator's commands. Returns the panels
-    /// and the nodes that labels stand at.
+    /// and the nodes that labels stand at. The panels of the last frame are kept where others would
+    /// look the same; returns none where they would not, and nobody sees them.
     pub(super) fn run_panels(
         &mut self,
         input: RawInput,
         shown: &OverlayFrame,
         stages: &mut FrameStageMillis,
-    ) -> (PanelFrame, Vec<NodeIndex>) {
+    ) -> Option<(PanelFrame, Vec<NodeIndex>)> {
         let began = CpuClock::start();
         let lines =
             LinesByNode::new(shown.lines(), &shown.unknown_labels, self.interaction.selection());
@@ -81,12 +114,7 @@ impl Viewer {
         let (screen, selection) = (self.target.screen, interaction.selection());
         let selected_bounds = interaction.selected_bounds(graph);
         let mut over_scene_millis = [0.0; 2];
-        let output = self.panels.run(input, &model, &lists, |viewport, commands| {
-            let cameras = &scene.config.cameras;
-            let context =
-                NavigationContext { graph, cameras, viewport, selection: selected_bounds };
-            navigator.steer(&host_commands, &context);
-            navigator.steer(commands, &context);
+        let mut content_seen_by = |navigator: &Navigator, viewport: Rect| {
             let view = navigator.camera().view(viewport, screen, graph.bounds());
             let projection = Projection::new(&view, screen);
             let camera = OverlayCamera { projection, eye: view.eye };
@@ -99,29 +127,61 @@ impl Viewer {
                 labels: content.labels,
                 alarm_markers: content.alarm_markers,
                 switch_symbols: content.switch_symbols,
-                arrived: navigator.take_arrival(),
+                arrived: navigator.has_arrived(),
                 measurement: measuring.map(|measuring| measuring.projected(projection)),
                 hovered: interaction.hovered.map(|node| graph.node(node).id()),
                 chart: content.chart,
             }
-        });
-        self.target.viewport = output.viewport;
-        self.apply_commands(&output.commands);
-        let panels = PanelFrame::new(self.panels.context(), output.egui);
+        };
+        // Without a command the camera stands as it does, and the viewport is the last one.
+        let is_kept = host_commands.is_empty()
+            && !self.target.settles
+            && self.panels.keeps_panels(&input, &model, &lists)
+            && self.panels.keeps_overlay(&content_seen_by(navigator, self.target.viewport));
+        // Panels that have not settled may still come to look as they did.
+        let is_settled = self.panels.is_settled();
+        if !is_kept && !self.is_seen && is_settled && input.events.is_empty() {
+            self.host.camera_commands = host_commands;
+            return None;
+        }
+        let panels = if is_kept {
+            PanelFrame::kept(self.drawing.take_panels(), self.target.pixels_per_point)
+        } else {
+            let output = self.panels.run(input, &model, &lists, |viewport, commands| {
+                let cameras = &scene.config.cameras;
+                let context =
+                    NavigationContext { graph, cameras, viewport, selection: selected_bounds };
+                navigator.steer(&host_commands, &context);
+                navigator.steer(commands, &context);
+                let overlay = content_seen_by(navigator, viewport);
+                navigator.take_arrival();
+                overlay
+            });
+            self.target.viewport = output.viewport;
+            let panels = PanelFrame::new(self.panels.context(), output.egui);
+            let is_same = are_same(self.drawing.primitives(), &panels.primitives);
+            self.panels.note_result(is_same);
+            self.apply_commands(&output.commands);
+            panels
+        };
         let [labels_millis, markers_millis] = over_scene_millis;
         stages.panels = began.millis() - labels_millis - markers_millis;
         stages.overlays += labels_millis;
         stages.alarms += markers_millis;
-        (panels, lines.nodes())
+        Some((panels, lines.nodes()))
     }
 
     /// Updates colours, lines and faces of the overlays, and outlines.
     pub(super) fn update_graphics(&mut self, shown: &OverlayFrame, stages: &mut FrameStageMillis) {
         let began = CpuClock::start();
-        let Self { site, scene, overlays, interaction, navigator, .. } = self;
+        let Self { site, scene, overlays, interaction, navigator, target, .. } = self;
         let selection = interaction.selection();
-        let eye = navigator.camera().eye();
-        overlays.update_graphics(site, &scene.graph, shown, selection, eye);
+        let camera = navigator.camera();
+        let pixel = camera.pixel_size(target.viewport.size() * target.pixels_per_point);
+        // A picture that nobody watches does not depend on those before it.
+        let (settles, eye) = (target.settles, camera.eye());
+        let pixel_at = |distance| if settles { 0.0 } else { pixel.at_distance(distance) };
+        overlays.update_graphics(site, &scene.graph, shown, selection, (eye, &pixel_at));
         stages.overlays += began.millis();
         overlays.update_outlines(&scene.graph, selection, interaction.hovered);
     }
@@ -147,28 +207,36 @@ impl Viewer {
         drawing.update_draw_list(scene, detail, overlays.highlights());
     }
 
-    /// Draws scene and panels; returns `None` while there is no device.
+    /// Draws scene and panels, unless the last picture shows the same.
     pub(super) fn draw(
         &mut self,
         panels: &mut PanelFrame,
         started: Instant,
-    ) -> Result<Option<DrawnFrame>, ViewError> {
+    ) -> Result<DrawOutcome, ViewError> {
         let prepared_millis = millis_since(started);
         let (view, background) = (self.view(), self.background());
-        let Self { scene, overlays, drawing, renderer, target, .. } = self;
+        let Self { scene, overlays, drawing, renderer, target, is_seen, .. } = self;
         let drawn = renderer.run(scene, |renderer| {
             overlays.count_chart(renderer)?;
             let highlights = overlays.highlights().of_nodes();
             let frame = drawing.frame(view, background, highlights, Some(panels.as_overlay()));
             let (outlined, polylines) = (overlays.outlined(), overlays.polylines());
-            let stats = renderer.draw(&Frame { outlined, polylines, ..frame })?;
+            let frame = Frame { outlined, polylines, ..frame };
+            if !target.settles && renderer.shows(&frame) {
+                return Ok(DrawOutcome::Unchanged);
+            }
+            if !*is_seen {
+                return Ok(DrawOutcome::Unseen);
+            }
+            let stats = renderer.draw(&frame)?;
             if !target.in_window {
                 // Nobody watches: a frame counts from its beginning to its end.
                 renderer.finish()?;
             }
-            Ok(DrawnFrame { view, stats, prepared_millis })
+            Ok(DrawOutcome::Drawn(DrawnFrame { view, stats, prepared_millis }))
         });
-        if !matches!(drawn, Ok(Some(_))) {
+        let drawn = drawn.map(|drawn| drawn.unwrap_or(DrawOutcome::NoDevice));
+        if !matches!(drawn, Ok(DrawOutcome::Drawn(_))) {
             // egui tells of these once, and the next frame needs them.
             renderer.get_mut().update_textures(&panels.egui.textures_delta)?;
         }
@@ -177,16 +245,21 @@ impl Viewer {
         drawn
     }
 
-    /// Notes what a frame showed that was drawn, for the next frame and for picks.
-    pub(super) fn note_drawn(
-        &mut self,
-        DrawnFrame { view, stats, prepared_millis }: DrawnFrame,
-        primitives: Vec<ClippedPrimitive>,
-        (shown, labelled): (OverlayFrame, Vec<NodeIndex>),
-    ) {
+    /// Notes a frame that was drawn, for the next frame and for picks.
+    pub(super) fn note_drawn(&mut self, DrawnFrame { view, stats, prepared_millis }: DrawnFrame) {
         self.statistics.cpu_millis = prepared_millis + stats.cpu_millis;
         self.detail.note_frame(self.renderer.get(), &stats);
-        self.drawing.note_frame(view, stats, primitives);
+        self.drawing.note_frame(view, stats);
+    }
+
+    /// Notes a frame whose picture is the last one.
+    pub(super) fn note_unchanged(&mut self) {
+        self.detail.note_cursors(self.renderer.get());
+        self.drawing.note_unchanged();
+    }
+
+    /// Notes the content of overlays that the picture shows, for the next frame and for picks.
+    pub(super) fn note_shown(&mut self, shown: OverlayFrame, labelled: Vec<NodeIndex>) {
         if self.overlays.note_frame(shown, labelled) {
             self.interaction.picks.forget_labels();
         }
@@ -201,28 +274,36 @@ impl Viewer {
     }
 
     /// Returns the output of a frame that was not drawn.
-    pub(super) fn skipped_frame(&self, egui: FullOutput) -> FrameOutput {
+    pub(super) fn skipped_frame(&mut self, panels: PanelFrame) -> FrameOutput {
+        let platform = self.keep_panels(panels);
         let recovery = self.renderer.recovery();
         FrameOutput {
-            platform: egui.platform_output,
+            platform,
             repaint_after: recovery.next_try().unwrap_or(Duration::ZERO),
+            is_drawn: false,
+            is_current: false,
             trouble: recovery.frozen_message(),
         }
     }
 
-    /// Returns the output of a frame that was drawn.
-    pub(super) fn frame_output(&self, egui: FullOutput) -> FrameOutput {
-        let root = egui.viewport_output.get(&egui::ViewportId::ROOT);
+    /// Returns the output of a frame with a device, which says nothing of its picture.
+    pub(super) fn frame_output(&mut self, panels: PanelFrame) -> FrameOutput {
+        let platform = self.keep_panels(panels);
         let needs_frames = self.detail.needs_frames(self.drawing.last_frame())
             || self.overlays.needs_frames()
             || self.interaction.picks.is_busy()
             || self.navigator.is_moving();
-        let repaint_after = match root {
-            _ if needs_frames => Duration::ZERO,
-            root => root.map_or(Duration::MAX, |viewport| viewport.repaint_delay),
-        };
+        let repaint_after = if needs_frames { Duration::ZERO } else { self.panels.repaint_after() };
         let trouble = self.renderer.recovery().frozen_message();
-        FrameOutput { platform: egui.platform_output, repaint_after, trouble }
+        let (is_drawn, is_current) = (false, false);
+        FrameOutput { platform, repaint_after, is_drawn, is_current, trouble }
+    }
+
+    /// Keeps the panels of a frame for the next one; returns what they ask of the platform.
+    fn keep_panels(&mut self, panels: PanelFrame) -> Option<PlatformOutput> {
+        let PanelFrame { egui, is_kept, primitives } = panels;
+        self.drawing.keep_panels(primitives);
+        (!is_kept).then_some(egui.platform_output)
     }
 
     /// Returns the last frame of a view without a window as a picture.

@@ -38,6 +38,31 @@ impl Viewer {
         self.target.resize(size, self.scene.config.view.scale);
     }
 
+    /// Sets whether anybody can see the picture. Nothing is drawn otherwise; telemetry, alarms and
+    /// logs go on. With the first frame that is seen again, the picture is of then.
+    pub fn set_seen(&mut self, is_seen: bool) {
+        self.is_seen = is_seen;
+        self.has_unseen_changes &= !is_seen;
+    }
+
+    /// Reports whether the device has drawn the last frame; does not wait.
+    pub fn has_finished_frame(&self) -> bool {
+        self.renderer.get().has_finished()
+    }
+
+    /// Forgets all that is kept from frame to frame to save work: the next frame lays out the panels
+    /// and draws all of its picture.
+    pub fn forget_picture(&mut self) {
+        self.panels.forget_pass();
+        self.renderer.get_mut().forget_picture();
+    }
+
+    /// Notes that the window lost its picture, for instance because it was uncovered: the next frame
+    /// is drawn in any case.
+    pub fn invalidate_shown(&mut self) {
+        self.renderer.get_mut().invalidate_shown();
+    }
+
     /// Waits until the device has drawn the last frame; reports success. The next frame reports a
     /// lost device.
     pub fn finish_frame(&mut self) -> bool {

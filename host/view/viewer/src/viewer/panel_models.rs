@@ -11,7 +11,7 @@ use super::Viewer;
 use crate::alarms::AlarmListRows;
 use crate::measurement_chain::MeasurementChain;
 use crate::panel_rows::{self, TagListRows};
-use crate::{clock, environment, faceplate, stats};
+use crate::{clock, environment, faceplate};
 use busbar_scene_overlays::NodeState;
 use busbar_scene_overlays::SceneChart;
 
@@ -41,6 +41,7 @@ impl Viewer {
             },
             alarms: inputs.alarms.model(is_live),
             chart: self.chart_with_reader().map(|(chart, reader)| chart.model(reader)),
+            frame_times: self.statistics.displayed().clone(),
             wireframe: drawing.wireframe,
             theta_scale: self.detail.scale(),
             max_theta_scale: MAX_THETA_SCALE,
@@ -50,8 +51,6 @@ impl Viewer {
                 keeps_clock: self.target.in_window && !self.host.is_attached,
                 triangles: last_frame.triangles,
                 triangles_full: self.detail.triangles_full(),
-                frame_millis: self.statistics.last_millis(),
-                gpu_millis: stats::gpu_millis(last_frame).into_iter().collect(),
                 device: self.renderer.get().device_name().to_owned(),
                 good: counts.good,
                 uncertain: counts.uncertain,

@@ -9,29 +9,47 @@ use std::sync::Arc;
 
 use busbar_gpu::{
     AddressMode, AttributeKind, BindGroup, BindGroupLayout, Binding, BindingKind, Blend, Buffer,
-    BufferUsage, Format, Gpu, GpuError, Image, MAX_FRAMES_IN_FLIGHT, OverlayDraw, Pipeline,
-    PipelineDescription, Recorder, Sampler, ShaderStage, VertexAttribute, VertexBuffer,
+    BufferUsage, Format, Gpu, GpuError, Image, ImageArea, MAX_FRAMES_IN_FLIGHT, OverlayDraw,
+    Pipeline, PipelineDescription, Recorder, Sampler, ShaderStage, VertexAttribute, VertexBuffer,
 };
 use busbar_shaders::PANELS;
 use egui::epaint::{ImageData, ImageDelta, Primitive, Vertex};
 use egui::{ClippedPrimitive, ColorImage, Rect, TextureId, TexturesDelta};
 
-use crate::RenderError;
+mod damage;
+mod error;
+
+use damage::PaintedPanels;
+pub use error::PanelError;
 
 /// Vertices and indices of the panels in one frame, each.
 pub const MAX_PANEL_VERTICES: usize = 1 << 22;
+
+/// Output of egui for one frame. Every textures delta must reach the painter once, in order. Clear
+/// it after the frame was drawn: egui panics when an uncleared delta is dropped.
+#[derive(Clone, Copy)]
+pub struct EguiFrame<'a> {
+    /// Textures that egui changed.
+    pub textures_delta: &'a TexturesDelta,
+    /// Tessellated shapes of the panels.
+    pub primitives: &'a [ClippedPrimitive],
+    /// Physical pixels a point.
+    pub pixels_per_point: f32,
+}
 
 /// Vertices and indices that the first buffers hold.
 const FIRST_CAPACITY: usize = 1 << 12;
 
 /// Painter of egui's panels: pipeline, buffers and textures.
-pub(crate) struct Panels {
+pub struct PanelPainter {
     pipeline: Pipeline,
     texture_layout: BindGroupLayout,
     sampler: Sampler,
     /// One a frame in flight.
     streams: Vec<PanelBuffers>,
     textures: Textures,
+    /// Panels as they were painted last.
+    painted: PaintedPanels,
 }
 
 /// Textures of egui: their pixels, and their copies on the device.
@@ -40,6 +58,8 @@ struct Textures {
     all: BTreeMap<TextureId, Texture>,
     /// Not needed after the last frame.
     dying: Vec<TextureId>,
+    /// True if any changed since panels were painted last.
+    have_changed: bool,
 }
 
 struct Texture {
@@ -58,9 +78,9 @@ struct PanelBuffers {
     indices: Buffer,
 }
 
-impl Panels {
+impl PanelPainter {
     /// Paints over pictures of this format.
-    pub(crate) fn new(gpu: &Gpu, format: Format) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, format: Format) -> Result<Self, GpuError> {
         let frame_layout = BindGroupLayout::new(gpu, &[BindingKind::Uniform])?;
         let texture_layout =
             BindGroupLayout::new(gpu, &[BindingKind::Texture, BindingKind::Sampler])?;
@@ -69,11 +89,12 @@ impl Panels {
         let streams = (0..MAX_FRAMES_IN_FLIGHT)
             .map(|_| PanelBuffers::new(gpu, &frame_layout))
             .collect::<Result<_, _>>()?;
-        Ok(Self { pipeline, texture_layout, sampler, streams, textures: Textures::default() })
+        let (textures, painted) = (Textures::default(), PaintedPanels::default());
+        Ok(Self { pipeline, texture_layout, sampler, streams, textures, painted })
     }
 
     /// Takes the pixels over from panels whose device was lost.
-    pub(crate) fn inherit(&mut self, lost: &Self) {
+    pub fn inherit(&mut self, lost: &Self) {
         let kept = |(&id, texture): (&TextureId, &Texture)| {
             let pixels = Arc::clone(&texture.pixels);
             (id, Texture { pixels, group: None, is_new: false })
@@ -83,27 +104,49 @@ impl Panels {
     }
 
     /// Applies egui's new, changed and freed textures; applying a change twice does no harm.
-    pub(crate) fn update(&mut self, delta: &TexturesDelta) -> Result<(), RenderError> {
+    pub fn update(&mut self, delta: &TexturesDelta) -> Result<(), PanelError> {
         self.textures.update(delta)
     }
 
+    /// Returns the part of a picture of `size` pixels in which a frame's panels differ from those
+    /// painted last; none where they do not differ.
+    pub fn difference(&self, overlay: Option<&EguiFrame<'_>>, size: [u32; 2]) -> Option<ImageArea> {
+        let is_changed = |overlay: &&EguiFrame<'_>| !overlay.textures_delta.set.is_empty();
+        if self.textures.have_changed || overlay.filter(is_changed).is_some() {
+            return Some(ImageArea { origin: [0; 2], size });
+        }
+        match overlay {
+            None => self.painted.difference(&[], 1.0, size),
+            Some(EguiFrame { primitives, pixels_per_point, .. }) => {
+                self.painted.difference(primitives, *pixels_per_point, size)
+            }
+        }
+    }
+
+    /// Notes that a picture without panels was drawn.
+    pub fn note_none(&mut self) {
+        self.painted.note(&[], 1.0);
+    }
+
     /// Abandons the frame that was being recorded: its uploads never ran.
-    pub(crate) fn abandon_frame(&mut self) {
+    pub fn abandon_frame(&mut self) {
         for texture in self.textures.all.values_mut().filter(|texture| texture.is_new) {
             (texture.group, texture.is_new) = (None, false);
         }
     }
 
-    /// Records the painting of one frame.
-    pub(crate) fn record(
+    /// Records the painting of one frame within a part of its picture.
+    pub fn record(
         &mut self,
         recorder: &mut Recorder<'_>,
-        picture: &Image,
+        (picture, area): (&Image, ImageArea),
         primitives: &[ClippedPrimitive],
         pixels_per_point: f32,
-    ) -> Result<(), RenderError> {
+    ) -> Result<(), PanelError> {
+        self.textures.have_changed = false;
+        self.painted.note(primitives, pixels_per_point);
         if !(pixels_per_point.is_finite() && pixels_per_point > 0.0) {
-            return Err(RenderError::BadPanels(format!("{pixels_per_point} pixels a point")));
+            return Err(PanelError::BadPanels(format!("{pixels_per_point} pixels a point")));
         }
         let meshes = || {
             primitives.iter().filter_map(|primitive| match &primitive.primitive {
@@ -131,7 +174,7 @@ impl Panels {
             let end = first_index + mesh.indices.len() as u32;
             let texture = self.textures.all.get(&mesh.texture_id);
             let texture = texture.and_then(|texture| texture.group.as_ref()).ok_or_else(|| {
-                RenderError::BadPanels(format!("{:?} was never given", mesh.texture_id))
+                PanelError::BadPanels(format!("{:?} was never given", mesh.texture_id))
             })?;
             pass.draw(&OverlayDraw {
                 pipeline: &self.pipeline,
@@ -140,7 +183,7 @@ impl Panels {
                 indices: &stream.indices,
                 index_range: first_index..end,
                 first_vertex,
-                clip: pixels_of(clip, pixels_per_point),
+                clip: intersection(pixels_of(clip, pixels_per_point), area),
             })?;
             first_index = end;
             first_vertex += mesh.vertices.len() as i32;
@@ -149,13 +192,14 @@ impl Panels {
     }
 
     /// Ends a submitted frame: its uploads are on the device.
-    pub(crate) fn end_frame(&mut self) {
+    pub fn end_frame(&mut self) {
         self.textures.all.values_mut().for_each(|texture| texture.is_new = false);
     }
 }
 
 impl Textures {
-    fn update(&mut self, delta: &TexturesDelta) -> Result<(), RenderError> {
+    fn update(&mut self, delta: &TexturesDelta) -> Result<(), PanelError> {
+        self.have_changed |= !delta.set.is_empty();
         // A frame that is drawn again frees the same once more, and needs them.
         for id in std::mem::take(&mut self.dying) {
             if !delta.free.contains(&id) {
@@ -170,19 +214,19 @@ impl Textures {
     }
 
     /// Applies a change to a texture's pixels.
-    fn merge(&mut self, id: TextureId, delta: &ImageDelta) -> Result<(), RenderError> {
+    fn merge(&mut self, id: TextureId, delta: &ImageDelta) -> Result<(), PanelError> {
         let ImageData::Color(patch) = &delta.image;
         let Some([left, top]) = delta.pos else {
             let pixels = Arc::clone(patch);
             self.all.insert(id, Texture { pixels, group: None, is_new: false });
             return Ok(());
         };
-        let missing = || RenderError::BadPanels(format!("{id:?} changes before it exists"));
+        let missing = || PanelError::BadPanels(format!("{id:?} changes before it exists"));
         let texture = self.all.get_mut(&id).ok_or_else(missing)?;
         let image = Arc::make_mut(&mut texture.pixels);
         let ([width, height], [whole_width, whole_height]) = (patch.size, image.size);
         if left + width > whole_width || top + height > whole_height {
-            return Err(RenderError::BadPanels(format!("{id:?} changes beyond its edge")));
+            return Err(PanelError::BadPanels(format!("{id:?} changes beyond its edge")));
         }
         let rows = image.pixels.chunks_exact_mut(whole_width.max(1)).skip(top);
         for (row, pixels) in rows.zip(patch.pixels.chunks_exact(width.max(1))) {
@@ -198,7 +242,7 @@ impl Textures {
         recorder: &mut Recorder<'_>,
         layout: &BindGroupLayout,
         sampler: &Sampler,
-    ) -> Result<(), RenderError> {
+    ) -> Result<(), PanelError> {
         for texture in self.all.values_mut().filter(|texture| texture.group.is_none()) {
             let image = &texture.pixels;
             if image.pixels.is_empty() {
@@ -232,11 +276,11 @@ impl PanelBuffers {
         [x, y]: [f32; 2],
         vertices: &[Vertex],
         indices: &[u32],
-    ) -> Result<(), RenderError> {
+    ) -> Result<(), PanelError> {
         let asked = vertices.len().max(indices.len());
         if asked > MAX_PANEL_VERTICES {
             let (asked, limit) = (asked as u64, MAX_PANEL_VERTICES as u64);
-            return Err(RenderError::TooMany { what: "vertices of panels", asked, limit });
+            return Err(PanelError::TooManyVertices { asked, limit });
         }
         if size_of_val(vertices) as u64 > self.vertices.size() {
             self.vertices = vertex_buffer(gpu, vertices.len().next_power_of_two())?;
@@ -298,6 +342,17 @@ fn pixels_of(clip: Rect, pixels_per_point: f32) -> [u32; 4] {
     [left, top, right.saturating_sub(left), bottom.saturating_sub(top)]
 }
 
+/// Returns the part of a clip rectangle (left, top, width, height) within an area, pixels.
+fn intersection([left, top, width, height]: [u32; 4], area: ImageArea) -> [u32; 4] {
+    let along = |start: u32, length: u32, axis: usize| {
+        let (from, to) = (area.origin[axis], area.origin[axis] + area.size[axis]);
+        let begin = start.clamp(from, to);
+        (begin, start.saturating_add(length).clamp(begin, to) - begin)
+    };
+    let ((left, width), (top, height)) = (along(left, width, 0), along(top, height, 1));
+    [left, top, width, height]
+}
+
 #[cfg(test)]
 mod tests {
     use egui::{Color32, TextureOptions, pos2};
@@ -309,7 +364,7 @@ mod tests {
     }
 
     /// Deltas must be cleared before they go.
-    fn apply(textures: &mut Textures, mut delta: TexturesDelta) -> Result<(), RenderError> {
+    fn apply(textures: &mut Textures, mut delta: TexturesDelta) -> Result<(), PanelError> {
         let applied = textures.update(&delta);
         delta.clear();
         applied
@@ -360,5 +415,13 @@ mod tests {
     fn clips_are_whole_pixels() {
         let clip = Rect::from_min_max(pos2(-3.0, 1.2), pos2(10.4, 0.0));
         assert_eq!(pixels_of(clip, 2.0), [0, 2, 21, 0]);
+    }
+
+    #[test]
+    fn clips_are_cut_to_the_damage() {
+        let area = ImageArea { origin: [10, 20], size: [30, 40] };
+        assert_eq!(intersection([0, 0, 100, 100], area), [10, 20, 30, 40]);
+        assert_eq!(intersection([12, 22, 5, 100], area), [12, 22, 5, 38]);
+        assert_eq!(intersection([50, 0, 5, u32::MAX], area), [40, 20, 0, 40]);
     }
 }
