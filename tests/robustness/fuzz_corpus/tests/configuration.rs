@@ -75,7 +75,8 @@ fn check_references(config: &Config) {
 
 /// Checks that numbers are within the limits of the program.
 fn check_numbers(config: &Config) {
-    let is_near = |metres: &f32| metres.is_finite() && metres.abs() <= MAX_COORDINATE_METRES;
+    let is_near =
+        |metres: &f64| metres.is_finite() && metres.abs() <= f64::from(MAX_COORDINATE_METRES);
     for node in config.scene.iter() {
         let transform = &node.transform;
         assert!(transform.translation.iter().all(is_near), "{transform:?}");
