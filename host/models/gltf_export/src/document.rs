@@ -3,23 +3,9 @@
 //! Structs, not a map of values: the order of keys is then fixed, whatever
 //! features other crates turn on in the JSON library.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::extensions::{Extensions, PrimitiveExtensions};
-
-/// An element of a matrix, written in as few digits as its precision needs.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MatrixElement(pub(crate) f64);
-
-impl Serialize for MatrixElement {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let single = self.0 as f32;
-        match f64::from(single) == self.0 {
-            true => serializer.serialize_f32(single),
-            false => serializer.serialize_f64(self.0),
-        }
-    }
-}
 
 #[derive(Default, Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -69,7 +55,7 @@ pub(crate) struct Node {
     #[serde(skip_serializing_if = "String::is_empty")]
     pub(crate) name: String,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) matrix: Option<[MatrixElement; 16]>,
+    pub(crate) matrix: Option<[f64; 16]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) mesh: Option<u32>,
     #[serde(skip_serializing_if = "Vec::is_empty")]

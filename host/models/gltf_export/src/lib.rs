@@ -16,7 +16,7 @@ use busbar_scene::{Model, ModelNode};
 use glam::DMat4;
 
 use crate::binary::Binary;
-use crate::document::{Asset, Document, MatrixElement, Node, Scene};
+use crate::document::{Asset, Document, Node, Scene};
 pub use crate::error::ExportError;
 use crate::materials::MaterialWriter;
 
@@ -67,7 +67,7 @@ fn file_node(node: &ModelNode, file_meshes: &[Option<u32>]) -> Node {
     let matrix = node.parent_from_node;
     Node {
         name: node.name.clone(),
-        matrix: (matrix != DMat4::IDENTITY).then(|| matrix.to_cols_array().map(MatrixElement)),
+        matrix: (matrix != DMat4::IDENTITY).then(|| matrix.to_cols_array()),
         mesh: node.mesh.and_then(|mesh| file_meshes[mesh as usize]),
         children: Vec::new(),
     }

@@ -1,4 +1,4 @@
-//! Scale of transforms.
+//! Scale factors of affine transforms.
 
 use glam::Mat4;
 

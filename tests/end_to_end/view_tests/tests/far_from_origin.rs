@@ -31,11 +31,11 @@ const FAR: [DVec3; 5] = [
 /// Ways in which a model comes to stand far away.
 #[derive(Clone, Copy, Debug)]
 enum Way {
-    /// The configuration places it there.
+    /// Placement in the configuration.
     Placement,
-    /// Its file does, by the transform of a node.
+    /// Transform of a node in its file.
     Node,
-    /// Its file does, and a turned placement puts it back to the origin.
+    /// Transform of a node in its file, which the placement undoes.
     Undone,
 }
 
