@@ -40,19 +40,22 @@ impl WindowInput {
     }
 }
 
+/// Rows by their index in a list.
+type IndexedRows<T> = Vec<(usize, T)>;
+
 /// Rows that a pass requested, and the lengths of their lists.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct RequestedRows {
-    tags: (Vec<(usize, TagRow)>, [usize; 2], bool),
-    alarms: (Vec<(usize, AlarmRow)>, usize),
-    equipment: (Vec<(usize, EquipmentRow)>, [usize; 2], bool, Option<usize>),
+    tags: (IndexedRows<TagRow>, [usize; 2], bool),
+    alarms: (IndexedRows<AlarmRow>, usize),
+    equipment: (IndexedRows<EquipmentRow>, [usize; 2], bool, Option<usize>),
 }
 
 impl RequestedRows {
     /// Requests the same rows of other lists.
     fn of_lists(&self, lists: &ListModels<'_>) -> Self {
         let ListModels { tags, alarms, equipment } = lists;
-        fn again<T>(known: &[(usize, T)], len: usize, row: impl Fn(usize) -> T) -> Vec<(usize, T)> {
+        fn again<T>(known: &[(usize, T)], len: usize, row: impl Fn(usize) -> T) -> IndexedRows<T> {
             let there = known.iter().filter(|(index, _)| *index < len);
             there.map(|(index, _)| (*index, row(*index))).collect()
         }

@@ -48,6 +48,7 @@ fn a_lost_device_is_not_seen_but_as_a_pause() {
         let viewer = host.viewer();
         while !struck.exists() {
             // A view at rest submits nothing; each pick is a submission.
+            // SAFETY: an open view.
             host.call(|view| unsafe { busbar_view_pick(view, 1, 1) });
             host.turn();
         }

@@ -130,11 +130,11 @@ fn name_of(folder: &Path) -> String {
         .map(|word| String::from_utf8_lossy(word).into_owned())
         .filter(|word| !word.is_empty())
         .collect();
-    let library = words.iter().filter_map(|word| {
+    let mut library = words.iter().filter_map(|word| {
         let name = Path::new(word).file_name()?.to_str()?.strip_prefix("lib")?;
         name.strip_suffix(".so").map(str::to_owned)
     });
-    let name = library.last().or_else(|| words.get(1).cloned());
+    let name = library.next_back().or_else(|| words.get(1).cloned());
     name.unwrap_or_else(|| "?".to_owned())
 }
 
