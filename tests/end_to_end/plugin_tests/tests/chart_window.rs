@@ -134,6 +134,8 @@ fn a_brush_on_an_axis_marks_exactly_the_right_transformers() {
     let scene = scene(&rows);
     let places = ScreenPositions::measure(&scene.write());
     let window = open(scene, display);
+    // What is under the pointer has a name over the scene.
+    window.display.xdotool("mousemove 640 700");
     let calm = window.screenshot("chart_calm");
     // From the value to the axis' upper end, and beyond it.
     let [x, head] = places.on_axis("H2", 1e5);
