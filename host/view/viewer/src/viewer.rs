@@ -106,7 +106,7 @@ impl Viewer {
             DrawOutcome::NoDevice => return Ok(self.skipped_frame(panels)),
             DrawOutcome::Unchanged => self.note_unchanged(),
             DrawOutcome::Unseen => self.has_unseen_changes = true,
-            DrawOutcome::Drawn(drawn) => self.note_drawn(drawn),
+            DrawOutcome::Drawn(drawn) => self.note_drawn(*drawn),
         }
         self.note_shown(shown, labelled);
         self.step_picks()?;

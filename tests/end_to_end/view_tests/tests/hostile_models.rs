@@ -47,6 +47,16 @@ fn optimizing(scene: &Scene, model: &Path) -> Command {
     command
 }
 
+/// Runs `check` on an odd model, which is shown once, quickly.
+fn assert_loaded(name: &str, document: &Value) {
+    let scene = Scene::without_tags();
+    prepare(&scene);
+    let odd = scene.path("odd.gltf");
+    fs::write(&odd, document.to_string()).expect("the folder can be written");
+    let output = finish(&mut checking(&scene, &odd)).expect_code(0);
+    assert!(output.elapsed < MAX_TIME, "{name} took {:?}", output.elapsed);
+}
+
 /// Runs `check` and `optimize` on a hostile model and on a tiny good one.
 fn assert_refused(name: &str, document: &Value, words: &str) {
     let scene = Scene::without_tags();
@@ -127,7 +137,7 @@ fn counts_that_no_bytes_are_behind() {
         "componentType": 5126, "count": 4_000_000_000_u64, "type": "VEC3",
         "min": [0, 0, 0], "max": [1, 1, 0]
     });
-    assert_refused("an accessor of zeros", &without_view, "/accessors/0");
+    assert_refused("an accessor of zeros", &without_view, "/meshes/0/primitives/0");
 
     let mut accessor = triangle();
     accessor["accessors"][0]["count"] = json!(4_000_000_000_u64);
@@ -152,11 +162,11 @@ fn nodes_that_do_not_form_a_tree() {
     let mut doubled = triangle();
     let levels = (1..32).map(|next| json!({"children": [next, next]}));
     doubled["nodes"] = levels.chain([json!({"mesh": 0})]).collect();
-    assert_refused("doubled nodes", &doubled, "/nodes/");
+    assert_loaded("doubled nodes", &doubled);
 
     // The same with two nodes a level.
     let mut diamonds = triangle();
     let levels = (0..62).map(|node| json!({"children": [node / 2 * 2 + 2, node / 2 * 2 + 3]}));
     diamonds["nodes"] = levels.chain([json!({"mesh": 0}), json!({"mesh": 0})]).collect();
-    assert_refused("diamonds of nodes", &diamonds, "/nodes/");
+    assert_loaded("diamonds of nodes", &diamonds);
 }

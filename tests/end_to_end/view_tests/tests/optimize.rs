@@ -54,7 +54,9 @@ fn check_counts(plugin: &str, name: &str) {
         let (written, stats) = optimized(plugin, &scene, &path, theta, &[]);
         let context = format!("{plugin}: {name} at theta {theta}");
         let expected = sum(&imported, &|mesh| surviving(plugin, mesh, theta));
-        assert_eq!(stats.count("vertices"), expected, "{context}");
+        // Meshes share a theta: their cursors are rounded each.
+        let apart = stats.count("vertices").abs_diff(expected);
+        assert!(apart <= imported.len() as u64, "{context}: {apart} of {expected} apart");
 
         let live = glb::read(&written);
         let triangles = sum(&live, &|mesh| mesh.triangles.len());

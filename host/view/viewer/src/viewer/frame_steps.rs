@@ -27,7 +27,7 @@ use busbar_scene_overlays::{LinesByNode, OverlayCamera};
 /// Outcome of drawing a frame.
 pub(super) enum DrawOutcome {
     /// Picture that was drawn.
-    Drawn(DrawnFrame),
+    Drawn(Box<DrawnFrame>),
     /// Last picture, which is that of the frame as well.
     Unchanged,
     /// Last picture, which is of an earlier frame: nobody sees it.
@@ -233,7 +233,7 @@ impl Viewer {
                 // Nobody watches: a frame counts from its beginning to its end.
                 renderer.finish()?;
             }
-            Ok(DrawOutcome::Drawn(DrawnFrame { view, stats, prepared_millis }))
+            Ok(DrawOutcome::Drawn(Box::new(DrawnFrame { view, stats, prepared_millis })))
         });
         let drawn = drawn.map(|drawn| drawn.unwrap_or(DrawOutcome::NoDevice));
         if !matches!(drawn, Ok(DrawOutcome::Drawn(_))) {

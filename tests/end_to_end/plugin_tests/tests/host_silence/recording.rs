@@ -159,7 +159,10 @@ fn check_oil(input: &Input, verdict: &str) {
 
 /// Checks a position that has held for [`LAG`]: longer than the travel time in the recording.
 fn check_position(input: &Input, verdict: &str) {
+    // Both ends at once are no position, and surely a contradiction.
+    let is_contradiction = input.0.contains("invalid");
     let expected = match is_good(input) {
+        false if is_contradiction => "abnormal",
         false => "unknown",
         true if input.0.contains("open") || input.0.contains("closed") => "normal",
         true => "abnormal",
