@@ -146,7 +146,11 @@ impl SceneDrawing {
     }
 
     /// Notes a frame that was drawn.
-    pub(crate) fn note_frame(&mut self, view: CameraView, drawn: FrameStats) {
+    pub(crate) fn note_frame(&mut self, view: CameraView, mut drawn: FrameStats) {
+        if drawn.is_scene_kept {
+            // The scene is that of an earlier frame, and so is what it took.
+            drawn.occlusion_millis = self.last_frame.occlusion_millis;
+        }
         self.last_frame = drawn;
         // What was never seen elsewhere rests from the first.
         self.camera_rests = self.last_view.replace(view).is_none_or(|before| before == view);
