@@ -83,10 +83,11 @@ pub struct ImportedModel {
 /// (RGB8, RGBA8, BC1 to BC5, BC7 and Basis Universal; plain or Zstandard; also by
 /// KHR_texture_basisu).
 ///
-/// What is not shown is not at fault: elements are parsed once something shown names them. An
-/// image that cannot be had is shown as a checker, a larger one than the limits scaled down, a
-/// triangle without coordinates left out; each with a remark. What only refines the look is
-/// skipped with a remark; a required extension that decides shapes and is not known is refused.
+/// Elements are parsed once something shown names them, so content that nobody sees is never at
+/// fault. An image that cannot be had is shown as a checker, a larger one than the limits scaled
+/// down, a triangle without coordinates left out; each with a remark. Content that only refines the
+/// look is skipped with a remark; a required extension that decides shapes and is not known is
+/// refused.
 /// Node names become unique within the model, feature names within their
 /// mesh, and both lose their '/'.
 ///

@@ -73,12 +73,12 @@ impl<'a> SceneNode<'a> {
     }
 
     /// Returns the transform from this node's space to the world, relative to
-    /// [`SceneGraph::origin`].
+    /// [`SceneGraph::world_origin`].
     pub fn world_from_node(&self) -> Mat4 {
         self.nodes.world_from(self.place)
     }
 
-    /// Returns the world-space box around this node's subtree, relative to [`SceneGraph::origin`].
+    /// Returns the world-space box around this node's subtree, relative to [`SceneGraph::world_origin`].
     pub fn bounds(&self) -> Option<Bounds> {
         self.nodes.bounds(self.place)
     }
@@ -230,12 +230,22 @@ impl SceneGraph {
     /// Returns the point of the world, metres, that all transforms and boxes of the scene are
     /// relative to: zero, or near the middle of a scene that is far from it. Single precision would
     /// else place a part of a plant in national coordinates a quarter of a metre wrong.
-    pub fn origin(&self) -> DVec3 {
-        self.nodes.origin()
+    pub fn world_origin(&self) -> DVec3 {
+        self.nodes.world_origin()
+    }
+
+    /// Returns a point of the world, metres, as the scene's transforms and boxes have it.
+    pub fn point_from_world(&self, point: [f64; 3]) -> Vec3 {
+        (DVec3::from(point) - self.world_origin()).as_vec3()
+    }
+
+    /// Returns a point of the scene in coordinates of the world, metres.
+    pub fn point_to_world(&self, point: Vec3) -> [f64; 3] {
+        (point.as_dvec3() + self.world_origin()).to_array()
     }
 
     /// Returns the transform from the space of an instance's mesh to the world, relative to
-    /// [`Self::origin`].
+    /// [`Self::world_origin`].
     pub fn world_from_mesh(&self, instance: &MeshInstance) -> Mat4 {
         self.nodes.world_from(self.nodes.address_in(instance.placement, instance.node))
     }

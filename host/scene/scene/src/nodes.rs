@@ -89,7 +89,7 @@ pub(crate) struct Nodes {
     records: Vec<PlacementRecord>,
     world_from_placements: Transforms,
     /// Point of the world that all transforms and boxes are relative to.
-    origin: DVec3,
+    world_origin: DVec3,
     /// Boxes of the subtrees of placements that have children.
     tree_bounds: HashMap<u32, Bounds>,
     /// All placements' ids, one behind the other.
@@ -163,7 +163,7 @@ impl Nodes {
     pub(crate) fn finish(&mut self) -> Option<Bounds> {
         self.world_from_placements.known = HashMap::new();
         self.ids.shrink_to_fit();
-        self.origin = self.far_origin();
+        self.world_origin = self.far_origin();
         let mut all = None;
         for placement in (0..self.records.len() as u32).rev() {
             let below = self.tree_bounds.get(&placement).copied();
@@ -207,12 +207,12 @@ impl Nodes {
     }
 
     /// Returns the point of the world that transforms and boxes are relative to.
-    pub(crate) fn origin(&self) -> DVec3 {
-        self.origin
+    pub(crate) fn world_origin(&self) -> DVec3 {
+        self.world_origin
     }
 
     fn placed(&self, placement: u32) -> DMat4 {
-        self.world_from_placements.get(placement, self.origin)
+        self.world_from_placements.get(placement, self.world_origin)
     }
 
     /// Returns the box around a placement's own meshes, as modelled.
@@ -269,7 +269,7 @@ impl Nodes {
         Some(self.node(above))
     }
 
-    /// Returns the transform from a node to the world, relative to [`Self::origin`].
+    /// Returns the transform from a node to the world, relative to [`Self::world_origin`].
     pub(crate) fn world_from(&self, place: NodeAddress) -> Mat4 {
         let world_from_placement = self.placed(place.placement);
         let Some(part) = place.part else { return world_from_placement.as_mat4() };

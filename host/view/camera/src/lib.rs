@@ -16,8 +16,9 @@ use busbar_config::{CameraConfig, ProjectionConfig};
 use busbar_geometry::Bounds;
 use busbar_lod::PixelSize;
 use busbar_renderer::CameraView;
+use busbar_scene::SceneGraph;
 use egui::{Pos2, Rect, Vec2, pos2};
-use glam::{DVec3, Mat4, Vec3, Vec4, vec3};
+use glam::{Mat4, Vec3, Vec4, vec3};
 
 pub use navigator::{NavigationContext, Navigator};
 
@@ -65,15 +66,11 @@ pub struct Projection {
 }
 
 impl Camera {
-    /// A camera as configured, relative to a point of the world ([`SceneGraph::origin`]). Where an
-    /// orthographic one has a height, it stands as far from the target as a perspective one that
-    /// sees so much there.
-    ///
-    /// [`SceneGraph::origin`]: busbar_scene::SceneGraph::origin
-    pub fn from_config(config: &CameraConfig, origin: DVec3) -> Self {
+    /// A camera as configured, in a scene. Where an orthographic one has a height, it stands as far
+    /// from the target as a perspective one that sees so much there.
+    pub fn from_config(config: &CameraConfig, graph: &SceneGraph) -> Self {
         let fov_y = config.fov_degrees.to_radians();
-        let [eye, target] =
-            [config.eye, config.target].map(|point| (DVec3::from(point) - origin).as_vec3());
+        let [eye, target] = [config.eye, config.target].map(|point| graph.point_from_world(point));
         let mut camera = Self::look_at(eye, target, fov_y);
         if let ProjectionConfig::Orthographic { height } = config.projection {
             camera.projection_mode = ProjectionMode::Orthographic;

@@ -212,7 +212,7 @@ impl Navigator {
             Command::Reveal(id) => self.reveal(id, context),
             Command::UseCamera(name) => {
                 if let Some(config) = context.cameras.get(name) {
-                    let camera = Camera::from_config(config, context.graph.origin());
+                    let camera = Camera::from_config(config, context.graph);
                     self.go_to_free_camera(camera, context);
                 }
             }
@@ -326,8 +326,7 @@ impl Navigator {
     fn go_to_bookmark(&mut self, number: usize, context: &NavigationContext<'_>) {
         let Some(index) = number.checked_sub(1) else { return };
         let stored = self.stored.get(index).copied().flatten();
-        let origin = context.graph.origin();
-        let camera = |config| Camera::from_config(config, origin);
+        let camera = |config| Camera::from_config(config, context.graph);
         let configured = || context.cameras.values().nth(index).map(camera);
         if let Some(camera) = stored.or_else(configured) {
             self.go_to_free_camera(camera, context);

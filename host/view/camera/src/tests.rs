@@ -25,14 +25,14 @@ fn config(projection: ProjectionConfig) -> CameraConfig {
 #[test]
 fn a_configured_eye_and_target_are_recovered() {
     let config = config(ProjectionConfig::Perspective);
-    let camera = Camera::from_config(&config, DVec3::ZERO);
-    assert!((view(&camera).eye - DVec3::from(config.eye).as_vec3()).length() < 1e-4);
+    let camera = Camera::from_config(&config, &SceneGraph::default());
+    assert!((view(&camera).eye - glam::DVec3::from(config.eye).as_vec3()).length() < 1e-4);
 }
 
 #[test]
 fn a_configured_height_fills_the_picture_independent_of_depth() {
     let config = config(ProjectionConfig::Orthographic { height: Some(10.0) });
-    let camera = Camera::from_config(&config, DVec3::ZERO);
+    let camera = Camera::from_config(&config, &SceneGraph::default());
     let wide = Rect::from_min_size(Pos2::ZERO, egui::vec2(1600.0, 900.0));
     let around = Some(Bounds { min: Vec3::splat(-50.0), max: Vec3::splat(50.0) });
     let view = camera.view(wide, wide, around);

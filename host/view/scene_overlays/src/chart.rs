@@ -19,7 +19,7 @@ use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_site::{ChartReader, ExplanationRequest};
 use busbar_ui::{ChartCommand, ChartOverlay, ProjectedChartAxis};
 use egui::Pos2;
-use glam::{Affine3A, DVec3, Quat};
+use glam::{Affine3A, Quat};
 
 use crate::overlay_layers::{NodeState, StateBasis};
 use busbar_camera::Projection;
@@ -73,7 +73,7 @@ impl SceneChart {
     ) -> Self {
         let [width, height, depth] = config.size.map(|metres| metres as f32);
         let turn = Quat::from_rotation_y((config.yaw_degrees as f32).to_radians());
-        let position = (DVec3::from(config.position) - graph.origin()).as_vec3();
+        let position = graph.point_from_world(config.position);
         let mut shown = Self {
             board: ParallelCoordinates::new(Size { width, height, depth }),
             last_read: 0,

@@ -47,7 +47,7 @@ impl SceneDrawing {
             wireframe: false,
             section: view
                 .section
-                .map(|section| environment::section_of(section, scene.graph.origin())),
+                .map(|section| environment::section_of(section, scene.graph.world_origin())),
             last_view: None,
             camera_rests: false,
             last_frame: FrameStats::default(),
@@ -58,11 +58,11 @@ impl SceneDrawing {
     /// Applies changed settings of a reloaded scene.
     pub(crate) fn configure(&mut self, before: &LoadedScene, scene: &LoadedScene) {
         let view = &scene.config.view;
-        let origin = scene.graph.origin();
+        let origin = scene.graph.world_origin();
         if before.config.view.section != view.section {
             self.section = view.section.map(|section| environment::section_of(section, origin));
         } else if let Some(section) = &mut self.section {
-            let moved = (before.graph.origin() - origin).as_vec3();
+            let moved = (before.graph.world_origin() - origin).as_vec3();
             section.distance += section.normal.dot(moved);
         }
         self.environment = Environment::new(view, scene.graph.bounds());

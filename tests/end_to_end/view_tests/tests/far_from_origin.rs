@@ -3,9 +3,6 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use std::fs;
-
-use busbar_gltf_export::write_glb;
 use common::{id_of, merged_yard, pixel_of, scene_of};
 use e2e::picture;
 use e2e::{Scene, Stats, busbar, finish};
@@ -41,7 +38,6 @@ enum Way {
 
 /// The yard at a place, seen as it is at the origin.
 fn scene_at(place: DVec3, way: Way, theta: &Value) -> Scene {
-    let mut scene = scene_of(&merged_yard(), SIZE);
     let mut model = merged_yard();
     let translation = match way {
         Way::Placement => place,
@@ -50,9 +46,8 @@ fn scene_at(place: DVec3, way: Way, theta: &Value) -> Scene {
     };
     if !matches!(way, Way::Placement) {
         model.nodes[0].parent_from_node = DMat4::from_translation(place);
-        let file = write_glb(&model).expect("it can be written");
-        fs::write(scene.path("model.glb"), file).expect("the folder can be written");
     }
+    let mut scene = scene_of(&model, SIZE);
     scene.config["scene"] = json!([{ "id": "yard", "model": "merged", "theta": theta,
         "transform": { "translation": translation.to_array() } }]);
     let seen = if matches!(way, Way::Undone) { DVec3::ZERO } else { place };

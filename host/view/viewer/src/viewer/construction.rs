@@ -121,6 +121,6 @@ fn first_camera(scene: &LoadedScene) -> Camera {
     let camera = view.camera.as_ref().and_then(|name| scene.config.cameras.get(name));
     match camera {
         None => Camera::framing(scene.graph.bounds()),
-        Some(config) => Camera::from_config(config, scene.graph.origin()),
+        Some(config) => Camera::from_config(config, &scene.graph),
     }
 }

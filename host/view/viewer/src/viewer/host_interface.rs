@@ -9,7 +9,6 @@ use busbar_site::{ChangedAlarm, HostTagValue, PluginHealth};
 use busbar_tags::{SourceTime, TagHandle};
 use busbar_types::{AlarmAction, AlarmState, Origin};
 use busbar_ui::{ChartCommand, Command};
-use glam::{DVec3, Vec3};
 
 use super::Viewer;
 use crate::{ViewError, panel_rows};
@@ -81,22 +80,16 @@ impl Viewer {
     pub fn camera_pose(&self) -> CameraPose {
         let camera = self.navigator.camera();
         CameraPose {
-            eye: self.world_point(camera.eye()),
-            target: self.world_point(camera.target()),
+            eye: self.scene.graph.point_to_world(camera.eye()),
+            target: self.scene.graph.point_to_world(camera.target()),
             is_orthographic: self.navigator.is_orthographic(),
         }
     }
 
-    /// Returns a point of the scene in coordinates of the world, metres.
-    pub(super) fn world_point(&self, point: Vec3) -> [f64; 3] {
-        (point.as_dvec3() + self.scene.graph.origin()).to_array()
-    }
-
     /// Puts the camera somewhere at once.
     pub fn set_camera_pose(&mut self, pose: &CameraPose) {
-        let origin = self.scene.graph.origin();
-        let [eye, target] =
-            [pose.eye, pose.target].map(|point| (DVec3::from(point) - origin).as_vec3());
+        let graph = &self.scene.graph;
+        let [eye, target] = [pose.eye, pose.target].map(|point| graph.point_from_world(point));
         let camera = self.navigator.camera().moved_to(eye, target);
         self.navigator.jump_to(camera.with_projection(pose.is_orthographic));
     }

@@ -73,13 +73,13 @@ impl Viewer {
     /// Applies changed view settings; all others stay as the operator set them.
     fn carry_view(&mut self, before: &LoadedScene) {
         let (was, is) = (Arc::clone(&before.config), Arc::clone(&self.scene.config));
-        let moved = before.graph.origin() - self.scene.graph.origin();
+        let moved = before.graph.world_origin() - self.scene.graph.world_origin();
         self.navigator.shift(moved.as_vec3());
         let camera = |config: &busbar_config::Config| {
             config.view.camera.as_ref().and_then(|name| config.cameras.get(name).cloned())
         };
         if let Some(camera) = camera(&is).filter(|next| camera(&was).as_ref() != Some(next)) {
-            self.navigator.jump_to(Camera::from_config(&camera, self.scene.graph.origin()));
+            self.navigator.jump_to(Camera::from_config(&camera, &self.scene.graph));
         }
         let (was, is) = (&was.view, &is.view);
         let is_live = !self.target.settles;

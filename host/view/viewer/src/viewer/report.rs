@@ -141,7 +141,11 @@ impl Viewer {
         let camera = self.navigator.camera();
         stats::CameraStats {
             // Tenths of a millimetre: single precision has no more within a scene.
-            eye: self.world_point(camera.eye()).map(|metres| (metres * 1e4).round() / 1e4),
+            eye: self
+                .scene
+                .graph
+                .point_to_world(camera.eye())
+                .map(|metres| (metres * 1e4).round() / 1e4),
             direction: camera.forward().to_array(),
             mode: stats::mode_name(self.navigator.mode()),
             orthographic: self.navigator.is_orthographic(),

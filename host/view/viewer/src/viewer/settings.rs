@@ -3,7 +3,6 @@
 use busbar_renderer::SectionPlane;
 use busbar_scene::NodeIndex;
 use egui::RawInput;
-use glam::Vec3;
 
 use super::Viewer;
 use crate::ViewError;
@@ -55,16 +54,15 @@ impl Viewer {
             wanted: name.to_owned(),
             known: cameras.keys().cloned().collect(),
         })?;
-        self.navigator.jump_to(Camera::from_config(camera, self.scene.graph.origin()));
+        self.navigator.jump_to(Camera::from_config(camera, &self.scene.graph));
         Ok(())
     }
 
     /// Looks from `eye` at `target`, world space in metres, with the angle of
     /// the camera before.
     pub fn look_from(&mut self, eye: [f32; 3], target: [f32; 3]) {
-        let origin = self.scene.graph.origin();
         let [eye, target] =
-            [eye, target].map(|point| (Vec3::from(point).as_dvec3() - origin).as_vec3());
+            [eye, target].map(|point| self.scene.graph.point_from_world(point.map(f64::from)));
         let camera = self.navigator.camera().moved_to(eye, target);
         self.navigator.jump_to(camera);
     }
