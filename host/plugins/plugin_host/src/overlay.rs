@@ -360,7 +360,8 @@ fn value_to_abi(state: Option<TagState>) -> abi::BusbarTagValue {
         kind,
         quality,
         reason,
-        reserved: [0; 5],
+        origin: state.map_or(0, |s| s.origin.bits()),
+        reserved: [0; 4],
         value,
         age_millis: age.as_millis() as u64,
     }

@@ -22,6 +22,7 @@ impl Fixture {
             freshness: Duration::from_secs(5),
             id: format!("t{tag}"),
             address_json: String::new(),
+            unit: String::new(),
         };
         let intake = SampleIntake::new(&[tag(0), tag(1)], SourcePolicy::default());
         Self { intake, now: 1000, wall: 1000 }

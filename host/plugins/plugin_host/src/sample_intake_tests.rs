@@ -17,6 +17,7 @@ fn telemetry_tag() -> TelemetryTag {
         freshness: Duration::from_secs(1),
         id: String::new(),
         address_json: String::new(),
+        unit: String::new(),
     }
 }
 
@@ -99,6 +100,7 @@ fn a_first_old_value_is_doubted_once_another_tag_shows_that_the_clocks_differ() 
         freshness: Duration::from_secs(60),
         id: String::new(),
         address_json: String::new(),
+        unit: String::new(),
     };
     let mut intake = SampleIntake::new(&[own(0), own(1), own(2)], SourcePolicy::default());
     let of = |intake: &mut SampleIntake, tag, ahead| {

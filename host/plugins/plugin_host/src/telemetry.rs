@@ -33,6 +33,8 @@ pub struct TelemetryTag {
     pub id: String,
     /// Address as JSON text.
     pub address_json: String,
+    /// Unit that samples must have; empty where the tag has none, or a scale leads to it.
+    pub unit: String,
 }
 
 /// State of a plugin's link.
@@ -372,5 +374,6 @@ pub(crate) fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {
         freshness_millis: tag.freshness.as_millis() as u64,
         id: abi::BusbarStr::from_borrowed(&tag.id),
         address_json: abi::BusbarStr::from_borrowed(&tag.address_json),
+        unit: abi::BusbarStr::from_borrowed(&tag.unit),
     }
 }

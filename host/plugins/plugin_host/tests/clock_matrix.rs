@@ -107,6 +107,7 @@ impl World {
             freshness: Duration::from_nanos(limit(tag) as u64),
             id: format!("t{tag}"),
             address_json: String::new(),
+            unit: String::new(),
         };
         let served: Vec<TelemetryTag> = (0..TAGS).map(telemetry).collect();
         let set =

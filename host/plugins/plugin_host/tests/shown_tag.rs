@@ -35,6 +35,7 @@ impl Host {
             freshness: FRESHNESS,
             id: "t".into(),
             address_json: String::new(),
+            unit: String::new(),
         };
         let spec = TagSpec {
             id: "t".into(),

@@ -227,6 +227,7 @@ mod tests {
             freshness: Duration::from_secs(3),
             id: "T".into(),
             address_json: "{}".into(),
+            unit: String::new(),
         };
         let memory = memory::zeroed("ring", RING_BYTES).unwrap();
         let mut feed = SampleFeed::new(&[tag], SourcePolicy::default());

@@ -208,8 +208,8 @@ pub enum BusbarViewEventKind {
     /// Configuration `id`, shown from now on.
     Reloaded = 13,
     /// Verdict `verdict` of the plugin instance `overlay` on the equipment `id`, for the reason
-    /// `text`. `is_assumed` is 1 where it rests on a default, which the reason names. Merged by
-    /// overlay and equipment.
+    /// `text`. `is_assumed` is 1 where it rests on a default, which the reason names; `origins` are
+    /// those of the values that it rests on. Merged by overlay and equipment.
     Verdict = 14,
 }
 

@@ -150,6 +150,7 @@ fn to_event(event: Event, dropped: u32, held: &mut EventTexts) -> BusbarViewEven
         Event::Verdict(snapshot) => {
             told.verdict = verdict(snapshot.verdict);
             told.is_assumed = snapshot.is_assumed.into();
+            told.origins = origin_bits(snapshot.origin);
             overlay = snapshot.overlay;
             (Kind::Verdict, snapshot.equipment, snapshot.reason)
         }

@@ -226,6 +226,10 @@ pub struct VerdictSnapshot {
     pub verdict: EquipmentVerdict,
     /// Marks a verdict that rests on a default, which the reason names.
     pub is_assumed: bool,
+    /// Origins of the values that it rests on; on the wire a list of their places in
+    /// [`Origin::ALL`].
+    #[serde(with = "crate::origin_list")]
+    pub origin: Origin,
     /// Reason in words; empty for none.
     pub reason: String,
 }

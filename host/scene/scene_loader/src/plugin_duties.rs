@@ -81,6 +81,8 @@ pub fn telemetry_tags(config: &Config, tags: &[TagSpec], plugin: &str) -> Vec<Te
                 freshness: Duration::from_millis(tag.freshness_millis),
                 id: id.clone(),
                 address_json: source.address.to_string(),
+                // Samples that are scaled to the tag's unit have another one.
+                unit: tags[index].scale.map_or_else(|| tags[index].unit.clone(), |_| String::new()),
             })
         })
         .collect()

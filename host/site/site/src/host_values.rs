@@ -46,6 +46,7 @@ impl HostIntake {
             freshness: spec.freshness,
             id: spec.id.clone(),
             address_json: String::new(),
+            unit: spec.unit.clone(),
         };
         let tags: Vec<_> = specs.filter(|(_, spec)| is_host_written(spec)).map(telemetry).collect();
         Self(SampleIntake::new(&tags, SourcePolicy::default()))

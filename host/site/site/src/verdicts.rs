@@ -70,6 +70,8 @@ pub struct VerdictText<'a> {
     pub was_abnormal: bool,
     /// Reason of the verdict, or of its lack.
     pub reason: Cow<'a, str>,
+    /// Origins of the values that it rests on: a verdict on simulated values is no live one.
+    pub origin: Origin,
 }
 
 impl VerdictBoard {
@@ -202,7 +204,9 @@ impl VerdictBoard {
         if piece.was_abnormal {
             reason += "; abnormal when last known";
         }
+        let (origin, _) = self.basis_origin(&piece, snapshot);
         VerdictText {
+            origin,
             verdict: piece.verdict,
             severity: (piece.verdict == Verdict::Abnormal).then_some(piece.severity),
             is_assumed: piece.is_assumed,

@@ -323,7 +323,7 @@ fn verdict_state(layer: &str, place: Option<String>, verdict: &VerdictText<'_>) 
             Verdict::Normal | Verdict::Abnormal => ValueMark::Normal,
         },
         age: None,
-        origin: Origin::LIVE,
+        origin: verdict.origin,
     }
 }
 

@@ -160,6 +160,8 @@ pub struct VerdictStats {
     pub reason: String,
     /// Reports whether the piece is unknown now and was abnormal when it was last known.
     pub was_abnormal: bool,
+    /// Origins of the values that it rests on, such as `simulated`; empty for live ones.
+    pub origin: Vec<&'static str>,
 }
 
 /// Content of a faceplate.

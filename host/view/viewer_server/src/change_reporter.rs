@@ -36,8 +36,8 @@ pub(super) struct ChangeReporter {
     plugins: HashMap<String, String>,
 }
 
-/// Reported verdict, whether it was assumed, and its reason.
-type ReportedVerdict = (EquipmentVerdict, bool, String);
+/// Verdict as reported: an assumption, the origins, and the reason.
+type ReportedVerdict = (EquipmentVerdict, bool, Origin, String);
 
 impl ChangeReporter {
     /// Returns the events for everything that has changed since the last report.
@@ -113,21 +113,22 @@ impl ChangeReporter {
                     (Verdict::Unknown, false) => EquipmentVerdict::Unknown,
                     (Verdict::Unknown, true) => EquipmentVerdict::UnknownAfterAbnormal,
                 };
-                let (is_assumed, reason) = (shown.is_assumed, shown.reason);
-                let is_told = known.as_ref().is_some_and(|events| {
-                    (events.0, events.1, events.2.as_str())
-                        == (verdict, is_assumed, reason.as_ref())
+                let (is_assumed, origin, reason) = (shown.is_assumed, shown.origin, shown.reason);
+                let is_told = known.as_ref().is_some_and(|known| {
+                    (known.0, known.1, known.2, known.3.as_str())
+                        == (verdict, is_assumed, origin, reason.as_ref())
                 });
                 if is_told {
                     continue;
                 }
                 room -= 1;
-                *known = Some((verdict, is_assumed, reason.clone().into_owned()));
+                *known = Some((verdict, is_assumed, origin, reason.clone().into_owned()));
                 events.push(ViewerMessage::Verdict(VerdictSnapshot {
                     equipment: id.clone(),
                     overlay: overlay.name.to_owned(),
                     verdict,
                     is_assumed,
+                    origin,
                     reason: reason.into_owned(),
                 }));
             }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, Drawing, InputGenerator, check_verdicts, draw_at, host, silence_cases,
 };
-use busbar_plugin_sdk::{Quality, Reason, Severity, Value, ValueKind, Verdict};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Severity, Value, ValueKind, Verdict};
 use dga::c57_104::{self, GASES, Status};
 use dga::{Concentration, Gas, Sample};
 
@@ -37,7 +37,7 @@ fn binding(gas: Gas, unit: &str) -> Binding {
 
 fn good(value: f64) -> TagValue {
     let age = Duration::from_secs(2);
-    TagValue { value: Some(Value::F64(value)), quality: Quality::Good, age }
+    TagValue { value: Some(Value::F64(value)), quality: Quality::Good, age, origin: Origin::LIVE }
 }
 
 fn stale(value: f64) -> TagValue {

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use busbar_plugin_sdk::testing::{Drawing, draw_at, host};
-use busbar_plugin_sdk::{Quality, Reason, Severity, Value, ValueKind};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Severity, Value, ValueKind};
 use dga::Gas;
 
 use crate::verdict::{DISCHARGE, NORMAL, NOT_JUDGED};
@@ -42,6 +42,7 @@ fn values(ppm: [f64; 9]) -> Vec<TagValue> {
         value: Some(Value::F64(ppm)),
         quality: Quality::Good,
         age: Duration::from_secs(2),
+        origin: Origin::LIVE,
     };
     ppm.into_iter().map(value).collect()
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, Drawing, InputGenerator, check_verdicts, draw, host, silence_cases,
 };
-use busbar_plugin_sdk::{Reason, Value, ValueKind, Verdict};
+use busbar_plugin_sdk::{Origin, Reason, Value, ValueKind, Verdict};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -40,7 +40,12 @@ fn binding(node_id: &str, role: &str, unit: &str) -> Binding {
 }
 
 fn good(value: f64) -> TagValue {
-    TagValue { value: Some(Value::F64(value)), quality: Quality::Good, age: Duration::ZERO }
+    TagValue {
+        value: Some(Value::F64(value)),
+        quality: Quality::Good,
+        age: Duration::ZERO,
+        origin: Origin::LIVE,
+    }
 }
 
 fn drawn(settings: &Json, bindings: Vec<Binding>, values: &[TagValue]) -> Drawing {

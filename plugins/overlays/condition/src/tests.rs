@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, draw, host};
-use busbar_plugin_sdk::{Reason, Value, ValueKind};
+use busbar_plugin_sdk::{Origin, Reason, Value, ValueKind};
 
 use super::*;
 
@@ -29,7 +29,12 @@ fn drawn(core: f64, level: f64, quality: Quality) -> Drawing {
         node_id: "=T1-TA1".into(),
         role: role.into(),
     };
-    let value = |value| TagValue { value: Some(Value::F64(value)), quality, age: Duration::ZERO };
+    let value = |value| TagValue {
+        value: Some(Value::F64(value)),
+        quality,
+        age: Duration::ZERO,
+        origin: Origin::LIVE,
+    };
     let bindings = vec![binding("core", "mA"), binding("level", "%"), binding("other", "")];
     draw(&mut overlay, bindings, &[value(core), value(level), value(0.0)]).expect("it draws")
 }

@@ -7,7 +7,7 @@ use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, Drawing, DrawnQuantity, InputGenerator, check_verdicts, draw, host,
     silence_cases,
 };
-use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind, Verdict};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Value, ValueKind, Verdict};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -39,7 +39,12 @@ fn binding(unit: &str) -> Binding {
 }
 
 fn good(value: f64) -> TagValue {
-    TagValue { value: Some(Value::F64(value)), quality: Quality::Good, age: Duration::ZERO }
+    TagValue {
+        value: Some(Value::F64(value)),
+        quality: Quality::Good,
+        age: Duration::ZERO,
+        origin: Origin::LIVE,
+    }
 }
 
 fn drawn(bindings: Vec<Binding>, values: &[TagValue]) -> Drawing {

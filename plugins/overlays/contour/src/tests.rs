@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{DrawnQuantity, draw, host};
-use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Value, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -47,6 +47,7 @@ fn each_value_is_a_level_at_its_equipment_good_or_not() {
         value: value.map(Value::F64),
         quality,
         age: Duration::ZERO,
+        origin: Origin::LIVE,
     };
     let (good, stale) = (Quality::Good, Quality::Bad(Reason::Stale));
     let values = [value(Some(1.0), good), value(Some(52.5), stale), value(Some(3.0), good)];

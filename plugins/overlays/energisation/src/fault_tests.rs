@@ -1,7 +1,9 @@
 //! Silence: tags of all kinds with faults admit exactly what the judgment says, by
 //! enumeration of all completions. `BUSBAR_TOPOLOGY_CASES` sets the number of networks.
 
-use busbar_plugin_sdk::{Binding, DoublePoint, Quality, Reason, TagValue, Value, ValueKind};
+use busbar_plugin_sdk::{
+    Binding, DoublePoint, Origin, Quality, Reason, TagValue, Value, ValueKind,
+};
 use fastrand::Rng;
 
 use crate::enumeration_tests::{SEED, cases};
@@ -35,7 +37,12 @@ impl Tags {
             node_id: id.into(),
             role: role.into(),
         });
-        self.values.push(TagValue { value, quality, age: std::time::Duration::ZERO });
+        self.values.push(TagValue {
+            value,
+            quality,
+            age: std::time::Duration::ZERO,
+            origin: Origin::LIVE,
+        });
     }
 
     fn good(&mut self, id: &str, role: &str, value: Value) {

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{draw_at, host};
 use busbar_plugin_sdk::{
-    Binding, DoublePoint, Overlay, Plugin, Quality, Reason, TagValue, Value, ValueKind,
+    Binding, DoublePoint, Origin, Overlay, Plugin, Quality, Reason, TagValue, Value, ValueKind,
 };
 use serde_json::{Value as Json, json};
 
@@ -157,6 +157,7 @@ pub(crate) fn values(tags: &[Tag]) -> Vec<TagValue> {
         value: *value,
         quality: *quality,
         age: Duration::ZERO,
+        origin: Origin::LIVE,
     };
     tags.iter().map(value).collect()
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::draw;
-use busbar_plugin_sdk::{DoublePoint, Reason, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Origin, Reason, ValueKind};
 
 use super::*;
 
@@ -58,6 +58,7 @@ fn shown(values: [(Value, Quality); 4]) -> Vec<(String, String, Vec<usize>)> {
         value: Some(value),
         quality,
         age: Duration::ZERO,
+        origin: Origin::LIVE,
     });
     let drawing = draw(&mut overlay, bindings, &values).unwrap();
     let name = |states: &[busbar_plugin_sdk::testing::DrawnState]| {

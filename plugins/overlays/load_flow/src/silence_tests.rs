@@ -7,7 +7,7 @@ use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, Drawing, DrawnQuantity, DrawnVerdict, InputGenerator, check_verdicts, draw,
     host, silence_cases,
 };
-use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Value, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -53,7 +53,12 @@ fn q(at: &str) -> Binding {
 }
 
 fn good(value: f64) -> TagValue {
-    TagValue { value: Some(Value::F64(value)), quality: Quality::Good, age: Duration::ZERO }
+    TagValue {
+        value: Some(Value::F64(value)),
+        quality: Quality::Good,
+        age: Duration::ZERO,
+        origin: Origin::LIVE,
+    }
 }
 
 fn stale(value: f64) -> TagValue {

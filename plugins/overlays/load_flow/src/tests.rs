@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, DrawnQuantity, draw, host};
-use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Value, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -32,7 +32,12 @@ fn binding(unit: &str) -> Binding {
 }
 
 fn drawn(unit: &str, value: Option<f64>, quality: Quality) -> Drawing {
-    let value = TagValue { value: value.map(Value::F64), quality, age: Duration::ZERO };
+    let value = TagValue {
+        value: value.map(Value::F64),
+        quality,
+        age: Duration::ZERO,
+        origin: Origin::LIVE,
+    };
     draw(&mut overlay(200.0, "BV1").unwrap(), vec![binding(unit)], &[value]).unwrap()
 }
 

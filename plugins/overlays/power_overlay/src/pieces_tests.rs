@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, DrawnVerdict, InputGenerator, check_verdicts, draw, host, silence_cases,
 };
-use busbar_plugin_sdk::{Overlay, Plugin, Verdict};
+use busbar_plugin_sdk::{Origin, Overlay, Plugin, Verdict};
 
 use super::*;
 use crate::PowerOverlay;
@@ -30,7 +30,7 @@ fn oil() -> Binding {
 }
 
 fn tag(value: Value, quality: Quality) -> TagValue {
-    TagValue { value: Some(value), quality, age: Duration::ZERO }
+    TagValue { value: Some(value), quality, age: Duration::ZERO, origin: Origin::LIVE }
 }
 
 fn good(value: f64) -> TagValue {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use busbar_plugin_sdk::designations::nearest;
 use busbar_plugin_sdk::units::{PressureReference, Quantity, UnitConversion};
-use busbar_plugin_sdk::{Binding, ValueKind};
+use busbar_plugin_sdk::{Binding, Origin, TagValue, ValueKind};
 
 use crate::settings::Settings;
 
@@ -44,6 +44,16 @@ pub(crate) struct Compartment {
     pub(crate) missing: Option<String>,
     /// Defaults that its verdicts rest on.
     pub(crate) assumption: String,
+}
+
+impl Compartment {
+    /// Origins of the values that its density is worked out of.
+    pub(crate) fn origin(&self, values: &[TagValue]) -> Origin {
+        let air = self.air.iter().filter(|_| self.is_gauge);
+        let inputs = self.pressure.iter().chain(&self.temperature).chain(air);
+        let origins = inputs.filter_map(|input| Some(values.get(input.binding)?.origin));
+        origins.fold(Origin::LIVE, Origin::union)
+    }
 }
 
 /// Compartments with their equipment and the faults of their bindings.

@@ -1,5 +1,6 @@
 //! Losses of gas as they are told, over frames of a month.
 
+use busbar_plugin_sdk::Origin;
 use busbar_plugin_sdk::testing::{Drawing, draw_at};
 use serde_json::json;
 
@@ -92,4 +93,20 @@ fn a_trend_outlives_bindings_that_do_not_concern_it() {
     let drawing =
         draw_at(&mut overlay, Some(other), &[6.9, 20.0].map(good), 31 * DAY).expect("it draws");
     assert_eq!(verdict(&drawing).verdict, Verdict::Normal, "its history is another's");
+}
+
+/// A leak that was simulated, recorded or tested is none of the real plant.
+#[test]
+fn a_trend_of_another_origin_says_nothing_of_live_values() {
+    let of = |origin| [7.0, 20.0].map(|number| TagValue { origin, ..good(number) });
+    for origin in [Origin::SIMULATED, Origin::RECORDED, Origin::TEST] {
+        let mut leaking = overlay(&json!({}));
+        month(&mut leaking, 5.0, |_| 20.0);
+        // What a person put in place of a measured value is of the same plant.
+        let after =
+            draw_at(&mut leaking, None, &of(Origin::SUBSTITUTED), 31 * DAY).expect("it draws");
+        assert!(verdict(&after).reason.contains("5.0 %/a lost"), "{after:?}");
+        let other = draw_at(&mut leaking, None, &of(origin), 31 * DAY).expect("it draws");
+        assert_eq!(verdict(&other).verdict, Verdict::Normal, "{origin}: {other:?}");
+    }
 }

@@ -150,6 +150,7 @@ impl Overlay for Sf6Density {
             let quantity = reading.and_then(|of| gas.quantity(of.range.low, celsius));
             if let Some((quantity, filling)) = quantity.zip(*filling) {
                 let percent = 100.0 * quantity / filling;
+                trend.follow_origin(compartment.origin(&values));
                 trend.push(frame.unix_nanos(), Sample { percent, celsius });
             }
             if trend.is_due() && updates_left > 0 {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, draw, draw_at, host};
-use busbar_plugin_sdk::{Quality, Reason, Severity, Value, ValueKind};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Severity, Value, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -41,7 +41,7 @@ pub(crate) fn binding(node_id: &str, role: &str, unit: &str) -> Binding {
 }
 
 pub(crate) fn value(value: impl Into<Option<Value>>, quality: Quality) -> TagValue {
-    TagValue { value: value.into(), quality, age: Duration::ZERO }
+    TagValue { value: value.into(), quality, age: Duration::ZERO, origin: Origin::LIVE }
 }
 
 pub(crate) fn good(number: f64) -> TagValue {

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use busbar_plugin_sdk::StoredState;
+use busbar_plugin_sdk::{Origin, StoredState};
 
 use crate::theil_sen::{Slope, estimate_slope, median_of};
 
@@ -86,6 +86,9 @@ pub(crate) struct KeptTrend {
     pub(crate) unix_nanos: i64,
     /// Parameters that the trend belongs to.
     pub(crate) parameters: String,
+    /// Origins of its samples that are of another plant than the real one.
+    #[serde(default)]
+    unreal: u8,
     /// Closed buckets: index, %, °C.
     buckets: Vec<(i64, f64, f64)>,
     /// Index of the open bucket, and its samples: %, °C.
@@ -120,6 +123,8 @@ pub struct Trend {
     open: Option<OpenBucket>,
     loss: Option<Loss>,
     is_due: bool,
+    /// Origins of its samples that are of another plant than the real one.
+    unreal: Origin,
 }
 
 impl Trend {
@@ -141,6 +146,18 @@ impl Trend {
             open: None,
             loss: None,
             is_due: false,
+            unreal: Origin::LIVE,
+        }
+    }
+
+    /// Begins anew where the next sample is of another origin: simulated, recorded and test values
+    /// are of another plant than live ones.
+    pub fn follow_origin(&mut self, origin: Origin) {
+        if std::mem::replace(&mut self.unreal, origin.unreal()) != origin.unreal() {
+            self.buckets.clear();
+            self.open = None;
+            self.loss = None;
+            self.is_due = false;
         }
     }
 
@@ -197,6 +214,7 @@ impl Trend {
         Some(KeptTrend {
             unix_nanos: open.last,
             parameters,
+            unreal: self.unreal.bits(),
             buckets: self.buckets.iter().map(bucket).collect(),
             open: (open.index, samples.collect()),
         })
@@ -204,7 +222,8 @@ impl Trend {
 
     /// Takes what was kept of a trend over the same window.
     pub(crate) fn restore(&mut self, kept: KeptTrend) {
-        let KeptTrend { unix_nanos, buckets, open: (index, samples), .. } = kept;
+        let KeptTrend { unix_nanos, unreal, buckets, open: (index, samples), .. } = kept;
+        self.unreal = Origin::from_bits(unreal);
         let bucket =
             |(index, percent, celsius)| Bucket { index, median: Sample { percent, celsius } };
         self.buckets = buckets.into_iter().map(bucket).collect();

@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_plugin_sdk::testing::{
     Drawing, DrawnVerdict, InputGenerator, check_verdicts, draw_at, host, silence_cases,
 };
-use busbar_plugin_sdk::{DoublePoint, Quality, Reason, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Origin, Quality, Reason, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -39,7 +39,7 @@ fn binding(id: &str, role: &str) -> Binding {
 
 fn good(point: DoublePoint) -> TagValue {
     let value = Some(Value::DoublePoint(point));
-    TagValue { value, quality: Quality::Good, age: Duration::ZERO }
+    TagValue { value, quality: Quality::Good, age: Duration::ZERO, origin: Origin::LIVE }
 }
 
 fn stale(point: DoublePoint) -> TagValue {

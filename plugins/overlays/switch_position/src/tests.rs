@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{DrawnQuantity, draw_at, host};
-use busbar_plugin_sdk::{DoublePoint, Plugin, Quality, Reason, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Origin, Plugin, Quality, Reason, ValueKind};
 
 use super::*;
 
@@ -31,7 +31,7 @@ fn binding(node: u32, node_id: &str, role: &str) -> Binding {
 
 fn value(point: DoublePoint) -> TagValue {
     let value = Some(Value::DoublePoint(point));
-    TagValue { value, quality: Quality::Good, age: Duration::ZERO }
+    TagValue { value, quality: Quality::Good, age: Duration::ZERO, origin: Origin::LIVE }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::bounds::{
     bounds, coolest, is_believed,
 };
 use crate::contacts::{BoundContact, Input};
-use crate::rules::{Contact, Rule};
+use crate::rules::{Contact, NETA_WORST_RISE, Rule};
 use crate::settings::Settings;
 
 /// Share of the rated current below which no correction is sound (ANSI/NETA MTS-2019, 9:
@@ -241,6 +241,10 @@ impl DeviceView<'_> {
                 }
                 (Rule::Neta, _, Some(normal)) => {
                     text += &format!(", {:.0} K above its like", load.low * (hot - normal));
+                    let rise = load.low * (hot - ambient);
+                    if rise.round() >= NETA_WORST_RISE {
+                        text += &format!(", {rise:.0} K above the air");
+                    }
                 }
                 _ => {
                     text += &format!(", {:.0} K above the air", load.low * (hot - ambient));

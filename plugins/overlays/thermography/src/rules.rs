@@ -9,7 +9,9 @@ const ROUNDING: f64 = 1e-9;
 /// kelvins (ANSI/NETA MTS-2019, table 100.18); the third grade has none.
 const NETA_SIMILAR: [f64; 4] = [1.0, 4.0, f64::INFINITY, 16.0];
 /// The same over the air.
-const NETA_AIR: [f64; 4] = [1.0, 11.0, 21.0, 41.0];
+const NETA_AIR: [f64; 4] = [1.0, 11.0, 21.0, NETA_WORST_RISE];
+/// Rise over the air from which on the last grade holds, K.
+pub(crate) const NETA_WORST_RISE: f64 = 41.0;
 
 /// Rule that contacts are graded by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
@@ -19,7 +21,7 @@ pub enum Rule {
     #[serde(rename = "dl_t_664")]
     DlT664,
     /// ANSI/NETA MTS-2019 and -2023, table 100.18: by similar components, and over the air
-    /// where none can be compared.
+    /// where none can be compared; its last grade over the air holds in any case.
     #[serde(rename = "neta")]
     Neta,
 }
@@ -157,11 +159,17 @@ impl Grading {
 
 fn neta(contact: &Contact) -> Option<usize> {
     let corrected = |other: f64| (contact.load_factor * (contact.hot - other) + ROUNDING).round();
-    let (difference, limits) = match contact.normal {
-        Some(normal) => (corrected(normal), NETA_SIMILAR),
-        None => (corrected(contact.ambient), NETA_AIR),
-    };
-    (0..limits.len()).rev().find(|place| difference >= limits[*place])
+    let grade =
+        |rise: f64, limits: [f64; 4]| (0..limits.len()).rev().find(|place| rise >= limits[*place]);
+    let by_air = grade(corrected(contact.ambient), NETA_AIR);
+    match contact.normal {
+        // Phases that are all far too hot differ by nothing.
+        Some(normal) => {
+            let worst = by_air.filter(|grade| *grade == NETA_AIR.len() - 1);
+            grade(corrected(normal), NETA_SIMILAR).max(worst)
+        }
+        None => by_air,
+    }
 }
 
 #[cfg(test)]

@@ -58,6 +58,11 @@ fn grades_are_those_of_neta() {
         let found = neta.grade(&contact([40.0 + difference, 40.0, 20.0]));
         assert_eq!(found, grade, "{difference} K");
     }
+    // Three phases that are equally hot.
+    for (rise, grade) in [(0.0, None), (40.0, None), (41.0, Some(3)), (120.0, Some(3))] {
+        let found = neta.grade(&contact([20.0 + rise, 20.0 + rise, 20.0]));
+        assert_eq!(found, grade, "{rise} K over the air, all alike");
+    }
     for (rise, grade) in [
         (0.0, None),
         (10.0, Some(0)),

@@ -52,7 +52,7 @@ fn is_defect(
     if is_neta {
         let coolest = peers.iter().copied().fold(hot, f64::min);
         let compared = if peers.is_empty() { over_air } else { factor * (hot - coolest) };
-        return compared >= 0.5 - slack;
+        return compared >= 0.5 - slack || over_air >= 40.5 - slack;
     }
     if air + over_air > 90.0 - slack {
         return true;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, draw, draw_at, host};
-use busbar_plugin_sdk::{Reason, ValueKind};
+use busbar_plugin_sdk::{Origin, Reason, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -37,7 +37,7 @@ pub(crate) fn overlay(more: &Json) -> Thermography {
 }
 
 pub(crate) fn value(number: f64, quality: Quality) -> TagValue {
-    TagValue { value: Some(Value::F64(number)), quality, age: Duration::ZERO }
+    TagValue { value: Some(Value::F64(number)), quality, age: Duration::ZERO, origin: Origin::LIVE }
 }
 
 /// A good value, or a stale one where there is none.
@@ -210,7 +210,7 @@ fn neta_is_a_choice() {
     let neta = json!({ "rule": "neta" });
     let drawing = drawn_with(&neta, [Some(45.0), Some(61.0), Some(44.8)], Some(20.0));
     assert_eq!(shown(&drawing), [NORMAL, abnormal(3), NORMAL]);
-    assert_eq!(drawing.lines[0].text, "61 °C, 16 K above its like");
+    assert_eq!(drawing.lines[0].text, "61 °C, 16 K above its like, 41 K above the air");
     let drawing = drawn_with(&neta, [None, Some(45.0), None], Some(20.0));
     assert_eq!(shown(&drawing)[1], abnormal(2), "25 K over the air");
     assert_eq!(overlay(&neta).describe().legend.len(), 4);

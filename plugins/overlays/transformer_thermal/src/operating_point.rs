@@ -16,6 +16,9 @@ const PLAUSIBLE_VOLTAGE: Interval = Interval::new(0.5, 1.5);
 /// Measured oil and winding temperatures that a value may give, degrees Celsius.
 const PLAUSIBLE_TEMPERATURE: Interval = Interval::new(-60.0, 300.0);
 
+/// Difference of two ways of the load that is no inaccuracy of them, per unit.
+const LOAD_DISAGREEMENT: f64 = 0.1;
+
 /// Inputs that nobody saw lie within these bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Plausible {
@@ -167,24 +170,12 @@ impl Reader<'_> {
 
     fn load(&self, last_load: Option<f64>, remarks: &mut Remarks) -> (Interval, bool) {
         let mut least = self.plausible.load.low;
-        for source in &self.inputs.loads {
+        for (index, source) in self.inputs.loads.iter().enumerate() {
             let used = remarks.used.len();
-            let load = match source {
-                LoadSource::Ratio { source, rated } => {
-                    self.ratio(source, *rated, remarks).map(Interval::point).into()
-                }
-                LoadSource::Current(phases) => self.current(phases, remarks),
-                LoadSource::ApparentPower { source, rated } => {
-                    let power = self.power_number(source, *rated, remarks);
-                    power.map(|power| self.per_voltage(power, remarks)).into()
-                }
-                LoadSource::Power { active, reactive, rated } => {
-                    self.power(active, reactive.as_ref(), *rated, remarks)
-                }
-            };
-            match load {
+            match self.load_by(source, remarks) {
                 MeasuredLoad::Between(load) if load.low <= MAX_PLAUSIBLE_LOAD => {
-                    return (load, true);
+                    let others = self.inputs.loads.get(index + 1..).unwrap_or_default();
+                    return (self.with_other_ways(load, others, remarks), true);
                 }
                 MeasuredLoad::AtLeast(load) if load <= MAX_PLAUSIBLE_LOAD => {
                     least = least.max(load);
@@ -201,6 +192,56 @@ impl Reader<'_> {
         }
         let greatest = self.plausible.load.high.max(last_load.unwrap_or(0.0)).max(least);
         (Interval::new(least, greatest), false)
+    }
+
+    fn load_by(&self, source: &LoadSource, remarks: &mut Remarks) -> MeasuredLoad {
+        match source {
+            LoadSource::Ratio { source, rated } => {
+                self.ratio(source, *rated, remarks).map(Interval::point).into()
+            }
+            LoadSource::Current(phases) => self.current(phases, remarks),
+            LoadSource::ApparentPower { source, rated } => {
+                let power = self.power_number(source, *rated, remarks);
+                power.map(|power| self.per_voltage(power, remarks)).into()
+            }
+            LoadSource::Power { active, reactive, rated } => {
+                self.power(active, reactive.as_ref(), *rated, remarks)
+            }
+        }
+    }
+
+    /// Bounds of a load with the other ways that are good and surely tell another one: a current
+    /// of 0 beside a power is a fault of one of them, and which one is not known.
+    fn with_other_ways(
+        &self,
+        first: Interval,
+        others: &[LoadSource],
+        remarks: &mut Remarks,
+    ) -> Interval {
+        let mut all = first;
+        for source in others {
+            let mut of_source = Remarks::default();
+            let (other, is_apart) = match self.load_by(source, &mut of_source) {
+                MeasuredLoad::Between(load) if load.low <= MAX_PLAUSIBLE_LOAD => {
+                    let is_below = load.high < first.low - LOAD_DISAGREEMENT;
+                    (load, is_below || load.low > first.high + LOAD_DISAGREEMENT)
+                }
+                MeasuredLoad::AtLeast(least) if least <= MAX_PLAUSIBLE_LOAD => {
+                    (Interval::point(least), least > first.high + LOAD_DISAGREEMENT)
+                }
+                _ => continue,
+            };
+            if is_apart {
+                remarks.used.append(&mut of_source.used);
+                remarks.doubts.push(format!(
+                    "two ways tell the load: {:.2} and {:.2} p.u.",
+                    first.middle(),
+                    other.middle()
+                ));
+                all = all.hull(other);
+            }
+        }
+        all
     }
 
     fn ratio(&self, source: &Source, rated: f64, remarks: &mut Remarks) -> Option<f64> {

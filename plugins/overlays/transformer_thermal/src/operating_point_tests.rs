@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use busbar_plugin_sdk::{Binding, Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{Binding, Origin, Quality, Reason, Value, ValueKind};
 
 use super::*;
 
@@ -31,6 +31,7 @@ fn read(settings: &str, values: &[(&str, &str, Option<f64>)]) -> OperatingPoint 
         value: Some(Value::F64(value.unwrap_or(1.0))),
         quality: value.map_or(Quality::Bad(Reason::Stale), |_| Quality::Good),
         age: Duration::ZERO,
+        origin: Origin::LIVE,
     };
     let bindings: Vec<_> = values.iter().map(binding).collect();
     let inputs = Inputs::new(&settings, &bindings);
@@ -120,6 +121,31 @@ fn the_next_way_counts_where_one_is_bad() {
     // Of three phases one is bad: a lower bound.
     let phases = [("current", "A", Some(160.0)), ("current", "A", None)];
     assert_load(&read(current, &phases), 0.8, 1.8);
+}
+
+#[test]
+fn ways_that_tell_different_loads_are_bounds() {
+    let current = r#", "rated_current": 200"#;
+    let with = |amps, megawatts, mvar| {
+        let values = [
+            ("current", "A", Some(amps)),
+            ("active_power", "MW", Some(megawatts)),
+            ("reactive_power", "Mvar", mvar),
+        ];
+        read(current, &values)
+    };
+    // A current transformer that is short-circuited shows nothing beside full power.
+    let dead = with(0.0, 32.0, Some(24.0));
+    assert_load(&dead, 0.0, 1.0);
+    assert_eq!(dead.used, [0, 1, 2]);
+    assert!(dead.doubts.iter().any(|of| of.contains("two ways")), "{:?}", dead.doubts);
+    // Power that is missing beside a current.
+    assert_load(&with(200.0, 0.0, Some(0.0)), 0.0, 1.0);
+    // Active power alone is at least that much.
+    assert_load(&with(100.0, 32.0, None), 0.5, 0.8);
+    for (megawatts, mvar) in [(40.0, Some(0.0)), (36.5, Some(0.0)), (20.0, None)] {
+        assert_load(&with(200.0, megawatts, mvar), 1.0, 1.0);
+    }
 }
 
 #[test]

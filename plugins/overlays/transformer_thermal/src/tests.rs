@@ -7,7 +7,7 @@ mod measured;
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, DrawnLine, draw_at, host};
-use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind, Verdict};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Value, ValueKind, Verdict};
 
 use super::*;
 
@@ -63,6 +63,7 @@ impl Bench {
             value: Some(Value::F64(value.unwrap_or(1.0))),
             quality: value.map_or(Quality::Bad(Reason::Stale), |_| Quality::Good),
             age: Duration::ZERO,
+            origin: Origin::LIVE,
         };
         let values: Vec<_> = values.iter().map(value).collect();
         let now = START + self.minute * MINUTE;

@@ -26,6 +26,9 @@ pub(crate) struct State {
     pub(crate) hot_spot: Interval,
     /// Last load that was known, per unit.
     pub(crate) last_load: Option<f64>,
+    /// Origins of its values that are of another plant than the real one.
+    #[serde(default)]
+    pub(crate) unreal: u8,
     pub(crate) life: LossOfLife,
 }
 
@@ -65,6 +68,8 @@ pub(crate) struct Transformer {
     before: Option<OperatingPoint>,
     /// Reports whether time up to the next frame was not seen.
     is_resumed: bool,
+    /// Origins of the values used last that are of another plant than the real one.
+    unreal: u8,
     /// Words for the input that was unknown last.
     pub(crate) last_doubt: String,
 }
@@ -87,6 +92,7 @@ impl Transformer {
             state: None,
             before: None,
             is_resumed: true,
+            unreal: 0,
             last_doubt: "its load before the first value was not seen".to_owned(),
         }
     }
@@ -130,6 +136,7 @@ impl Transformer {
         let last_load = self.state.and_then(|state| state.last_load);
         let reader = Reader { settings, inputs: &self.inputs, values, plausible: self.plausible };
         let point = reader.read(last_load);
+        self.leave_other_plant(&point, values);
         let (mut state, is_seen) = self.state_at(now, &point);
         let estimate = Estimate::new(&mut state.band, &point, settings.disagreement);
         state.life.count(now, &self.paper, [state.hot_spot, estimate.hot_spot], is_seen);
@@ -146,6 +153,20 @@ impl Transformer {
         (point, estimate)
     }
 
+    /// Drops a history of simulated, recorded or test values where live ones follow, and the other
+    /// way round: it is one of another plant.
+    fn leave_other_plant(&mut self, point: &OperatingPoint, values: &[TagValue]) {
+        let origins = point.used.iter().filter_map(|binding| values.get(*binding));
+        let origins = origins.map(|value| value.origin.unreal().bits()).reduce(|a, b| a | b);
+        let Some(unreal) = origins.filter(|unreal| *unreal != self.unreal) else { return };
+        self.unreal = unreal;
+        if self.state.is_some_and(|state| state.unreal != unreal) {
+            self.state = None;
+            self.before = None;
+            self.last_doubt = "its history is of values of another origin".to_owned();
+        }
+    }
+
     /// State at an instant, and whether the time up to it was seen.
     fn state_at(&mut self, now: i64, point: &OperatingPoint) -> (State, bool) {
         let unseen = self.unseen();
@@ -153,7 +174,8 @@ impl Transformer {
             let band = unseen.steady();
             let life = LossOfLife::new(now);
             let hot_spot = band.hot_spot();
-            let state = State { unix_nanos: now, band, hot_spot, last_load: None, life };
+            let unreal = self.unreal;
+            let state = State { unix_nanos: now, band, hot_spot, last_load: None, unreal, life };
             return (state, false);
         };
         let minutes = (now as f64 - state.unix_nanos as f64) / NANOS_A_MINUTE;

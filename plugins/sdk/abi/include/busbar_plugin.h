@@ -610,6 +610,9 @@ typedef struct BusbarTagSpec {
   struct BusbarStr id;
   // Address of the tag for this plugin: JSON, as the configuration has it.
   struct BusbarStr address_json;
+  // Unit that samples must have, such as `kV`; empty where the tag has none, or where the host
+  // scales samples to it. A plugin whose source names another unit converts or refuses.
+  struct BusbarStr unit;
 } BusbarTagSpec;
 
 // Update of one tag, 24 bytes. Array element.
@@ -708,8 +711,12 @@ typedef struct BusbarTagValue {
   uint8_t quality;
   // Reason of the quality, one of `BUSBAR_REASON_*`.
   uint8_t reason;
+  // Origin of the value, `BUSBAR_ORIGIN_*` or'ed; 0 for a live one. The host gives what is drawn
+  // on the value, and verdicts that rest on it, this origin. A plugin with a history begins it
+  // anew where the origin changes.
+  uint8_t origin;
   // Reserved; must be zero.
-  uint8_t reserved[5];
+  uint8_t reserved[4];
   // Bits of the last value.
   uint64_t value;
   // Time since that value came, milliseconds.

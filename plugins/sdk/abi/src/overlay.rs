@@ -42,8 +42,12 @@ pub struct BusbarTagValue {
     pub quality: u8,
     /// Reason of the quality, one of `BUSBAR_REASON_*`.
     pub reason: u8,
+    /// Origin of the value, `BUSBAR_ORIGIN_*` or'ed; 0 for a live one. The host gives what is drawn
+    /// on the value, and verdicts that rest on it, this origin. A plugin with a history begins it
+    /// anew where the origin changes.
+    pub origin: u8,
     /// Reserved; must be zero.
-    pub reserved: [u8; 5],
+    pub reserved: [u8; 4],
     /// Bits of the last value.
     pub value: u64,
     /// Time since that value came, milliseconds.

@@ -53,6 +53,9 @@ pub struct BusbarTagSpec {
     pub id: BusbarStr,
     /// Address of the tag for this plugin: JSON, as the configuration has it.
     pub address_json: BusbarStr,
+    /// Unit that samples must have, such as `kV`; empty where the tag has none, or where the host
+    /// scales samples to it. A plugin whose source names another unit converts or refuses.
+    pub unit: BusbarStr,
 }
 
 /// Link state of a plugin that has not tried to connect yet.

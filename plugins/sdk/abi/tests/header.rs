@@ -107,11 +107,11 @@ fn layout_is_the_same_in_c_and_cpp() {
         BusbarProgress { struct_size, context, report }
         BusbarMeshOptimizer { struct_size, flags, optimize }
         BusbarSample { tag, kind, quality, reason, value, source_time_unix_nanos }
-        BusbarTagSpec { tag, kind, freshness_millis, id, address_json }
+        BusbarTagSpec { tag, kind, freshness_millis, id, address_json, unit }
         BusbarSampleSink { struct_size, context, publish, report_link, report_scene_time }
         BusbarTelemetry { struct_size, check, start, stop }
         BusbarBinding { node, kind, limit_low, limit_high, tag_id, tag_name, unit, node_id, role }
-        BusbarTagValue { kind, quality, reason, value, age_millis }
+        BusbarTagValue { kind, quality, reason, origin, value, age_millis }
         BusbarOverlayFrame { struct_size, value_count, time_unix_nanos, values }
         BusbarOverlayPrimitive { kind, binding, node, severity, caption_offset, caption_len,
             text_offset, text_len }

@@ -79,8 +79,8 @@ mod worker;
 
 /// Vocabulary that host and plugins share.
 pub use busbar_types::{
-    AlarmState, DefectSeverity, DoublePoint, Pattern, Priority, Quality, QualityLevel, Reason,
-    Severity, Value, ValueKind, Verdict, VerdictSeverity,
+    AlarmState, DefectSeverity, DoublePoint, Origin, Pattern, Priority, Quality, QualityLevel,
+    Reason, Severity, Value, ValueKind, Verdict, VerdictSeverity,
 };
 
 pub use alarms::{AlarmReport, Alarms, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm};

@@ -5,7 +5,7 @@ use std::time::Duration;
 use busbar_plugin_abi as abi;
 
 use crate::boundary::{checked_mut, checked_ref, copy_out};
-use busbar_types::Verdict;
+use busbar_types::{Origin, Verdict};
 
 use crate::judgment::{Basis, Judgment, severity_flag};
 use crate::overlay_description::Description;
@@ -71,6 +71,8 @@ pub struct TagValue {
     pub quality: Quality,
     /// Time since the value came.
     pub age: Duration,
+    /// Origins of the value; empty for a live one.
+    pub origin: Origin,
 }
 
 impl TagValue {
@@ -105,6 +107,7 @@ impl OverlayFrame<'_> {
             value: read_value(raw.kind, raw.value),
             quality: read_quality(raw.quality, raw.reason),
             age: Duration::from_millis(raw.age_millis),
+            origin: Origin::from_bits(raw.origin),
         })
     }
 }

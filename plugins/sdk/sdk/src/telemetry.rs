@@ -47,6 +47,8 @@ pub struct TagSpec {
     pub id: String,
     /// Address of the tag, as the configuration has it.
     pub address: serde_json::Value,
+    /// Unit that samples must have; empty where the tag has none, or the host scales samples to it.
+    pub unit: String,
 }
 
 impl TagSpec {
@@ -277,12 +279,18 @@ pub(crate) unsafe fn read_specs(
 /// The texts are valid for the call.
 pub(crate) unsafe fn read_spec(raw: &abi::BusbarTagSpec) -> Result<TagSpec, Error> {
     // SAFETY: the caller vouches for the texts.
-    let (id, address) =
-        unsafe { (crate::boundary::text(raw.id)?, crate::boundary::text(raw.address_json)?) };
+    let [id, address, unit] = unsafe {
+        [
+            crate::boundary::text(raw.id)?,
+            crate::boundary::text(raw.address_json)?,
+            crate::boundary::text(raw.unit)?,
+        ]
+    };
     let kind = ValueKind::from_code(raw.kind)
         .ok_or_else(|| Error::argument(format!("tag '{id}': unknown kind {}", raw.kind)))?;
     let address = serde_json::from_str(address)
         .map_err(|error| Error::argument(format!("tag '{id}': address: {error}")))?;
     let freshness = Duration::from_millis(raw.freshness_millis);
-    Ok(TagSpec { tag: raw.tag, kind, freshness, id: id.to_owned(), address })
+    let (id, unit) = (id.to_owned(), unit.to_owned());
+    Ok(TagSpec { tag: raw.tag, kind, freshness, id, address, unit })
 }

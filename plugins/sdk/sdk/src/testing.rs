@@ -47,7 +47,8 @@ pub fn host() -> Host {
 
 /// Creates a tag with a freshness limit of five seconds and `id` as its name.
 pub fn tag_spec(tag: u32, id: &str, kind: ValueKind, address: serde_json::Value) -> TagSpec {
-    TagSpec { tag, kind, freshness: std::time::Duration::from_secs(5), id: id.to_owned(), address }
+    let (id, freshness) = (id.to_owned(), std::time::Duration::from_secs(5));
+    TagSpec { tag, kind, freshness, id, address, unit: String::new() }
 }
 
 /// Runs work with a progress that asks to stop after so many reports.

@@ -60,6 +60,13 @@ impl Origin {
         self.0 & origins.0 == origins.0
     }
 
+    /// Returns those origins by which a value is none of the real plant now: test, simulated,
+    /// recorded. A history of such values says nothing of live ones.
+    #[must_use]
+    pub const fn unreal(self) -> Self {
+        Self(self.0 & (Self::TEST.0 | Self::SIMULATED.0 | Self::RECORDED.0))
+    }
+
     /// Returns the origins of either set.
     #[must_use]
     #[inline]

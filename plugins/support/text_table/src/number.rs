@@ -116,8 +116,10 @@ impl NumberFormat {
         let mut groups = whole.split(|c: char| is_separator(c, separator));
         let first = groups.next()?;
         let rest: Vec<&str> = groups.collect();
+        // No group of zeros leads: "0.500" where "." separates thousands is half of another format.
         let is_grouped = rest.is_empty()
             || ((1..=GROUP_DIGITS).contains(&first.len())
+                && !first.starts_with('0')
                 && rest.iter().all(|group| group.len() == GROUP_DIGITS));
         let digits: String = std::iter::once(first).chain(rest).collect();
         (is_grouped && is_digits(&digits)).then_some(digits)

@@ -57,20 +57,41 @@ const QUALITIES: &[(&str, QualityLevel)] = &[
     ("error", QualityLevel::Bad),
     ("b", QualityLevel::Bad),
 ];
-/// Bits of a quality of OPC DA 3.0 (6.8), and what they can be.
-const OPC_QUALITY: u16 = 0xC0;
-const OPC_GOOD: u16 = 0xC0;
-const OPC_UNCERTAIN: u16 = 0x40;
-
-/// Finds the quality of a word, without regard to case, or of a code of OPC DA, 192 being good.
+/// Finds the quality of a word, without regard to case, or of a code of OPC DA 3.0 (6.8): of its
+/// eight bits the two highest count, so that 192 is good. Codes beyond eight bits are of no
+/// standard that all follow: Sparkplug and Ignition call what is stale 500, others what is good.
 pub fn find_quality(text: &str) -> Option<QualityLevel> {
     let lower = text.trim().to_lowercase();
-    if let Ok(code) = lower.parse::<u16>() {
-        return Some(match code & OPC_QUALITY {
-            OPC_GOOD => QualityLevel::Good,
-            OPC_UNCERTAIN => QualityLevel::Uncertain,
-            _ => QualityLevel::Bad,
-        });
+    if let Ok(code) = lower.parse::<u64>() {
+        return match code {
+            192..=255 => Some(QualityLevel::Good),
+            64..=127 => Some(QualityLevel::Uncertain),
+            0..=191 => Some(QualityLevel::Bad),
+            _ => None,
+        };
     }
     QUALITIES.iter().find(|(word, _)| *word == lower).map(|(_, quality)| *quality)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_those_of_opc_da_and_of_eight_bits() {
+        for code in 0..=1_200_u64 {
+            let quality = find_quality(&code.to_string());
+            let level = match code & 0xC0 {
+                _ if code > 0xFF => None,
+                0xC0 => Some(QualityLevel::Good),
+                0x40 => Some(QualityLevel::Uncertain),
+                _ => Some(QualityLevel::Bad),
+            };
+            assert_eq!(quality, level, "{code}");
+        }
+        for text in ["-1", "192.5", "0xC0", "18446744073709551808", ""] {
+            assert_eq!(find_quality(text), None, "{text}");
+        }
+        assert_eq!(find_quality(" GOOD "), Some(QualityLevel::Good));
+    }
 }

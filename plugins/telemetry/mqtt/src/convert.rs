@@ -39,6 +39,10 @@ impl Mapping {
             (ValueKind::F64, Raw::Int(value)) => Some(self.scaled(value as f64)),
             (ValueKind::I64, Raw::Int(value)) => i64::try_from(value).ok().map(Value::I64),
             (ValueKind::I64, Raw::Float(value)) => whole(value).map(Value::I64),
+            // 1, 1.0 and "1.0" are one state.
+            (ValueKind::Bool | ValueKind::DoublePoint, Raw::Float(value)) => {
+                self.value_of(Raw::Int(whole(value)?.into()))
+            }
             (ValueKind::Bool, Raw::Bool(value)) => Some(Value::Bool(value)),
             (ValueKind::Bool, Raw::Int(bit @ 0..=1)) => Some(Value::Bool(bit == 1)),
             (ValueKind::DoublePoint, Raw::Int(bits @ 0..=3)) => {
@@ -48,7 +52,14 @@ impl Mapping {
                 Some(Value::F64(value)) => Some(self.scaled(value)),
                 Some(value) => Some(value),
                 // A prefix shows that no decimal number is meant: `0x1F`.
-                None => self.value_of(Raw::Int(prefixed_hex_number(text)?)),
+                None => match (prefixed_hex_number(text), kind) {
+                    (Some(number), _) => self.value_of(Raw::Int(number)),
+                    (None, ValueKind::F64) => None,
+                    (None, _) => {
+                        let number = text.trim().parse::<f64>().ok().and_then(whole)?;
+                        self.value_of(Raw::Int(number.into()))
+                    }
+                },
             },
             _ => None,
         }
@@ -59,7 +70,7 @@ impl Mapping {
             Raw::Text(text) => self.values.get(text.trim()).copied(),
             Raw::Bool(value) => self.values.get(if value { "true" } else { "false" }).copied(),
             Raw::Int(value) => self.values.get(&value.to_string()).copied(),
-            Raw::Float(_) => None,
+            Raw::Float(value) => self.values.get(&whole(value)?.to_string()).copied(),
         }
     }
 

@@ -19,6 +19,16 @@ fn numbers_become_what_they_can_be_without_loss() {
         (I64, Raw::Float(f64::NAN), None),
         (Bool, Raw::Int(1), Some(Value::Bool(true))),
         (Bool, Raw::Int(2), None),
+        (Bool, Raw::Float(1.0), Some(Value::Bool(true))),
+        (Bool, Raw::Float(0.5), None),
+        (Bool, Raw::Text("1.0"), Some(Value::Bool(true))),
+        (Bool, Raw::Text("2.0"), None),
+        (I64, Raw::Text("7.0"), Some(Value::I64(7))),
+        (I64, Raw::Text("7.5"), None),
+        (F64, Raw::Text("seven"), None),
+        (Position, Raw::Float(2.0), Some(Value::DoublePoint(DoublePoint::On))),
+        (Position, Raw::Text("2.0"), Some(Value::DoublePoint(DoublePoint::On))),
+        (Position, Raw::Text("on"), None),
         (Bool, Raw::Text("false"), Some(Value::Bool(false))),
         (Position, Raw::Int(2), Some(Value::DoublePoint(DoublePoint::On))),
         (Position, Raw::Int(4), None),
@@ -37,6 +47,7 @@ fn words_come_before_numbers_and_are_not_scaled() {
     assert_eq!(mapping.value_of(Raw::Text(" closed ")), Some(Value::F64(2.0)));
     assert_eq!(mapping.value_of(Raw::Bool(true)), Some(Value::F64(1.0)));
     assert_eq!(mapping.value_of(Raw::Int(7)), Some(Value::F64(70.0)));
+    assert_eq!(mapping.value_of(Raw::Float(7.0)), Some(Value::F64(70.0)));
     assert_eq!(mapping.value_of(Raw::Int(8)), Some(Value::F64(80.0)));
     assert_eq!(mapping.value_of(Raw::Text("open")), None);
 }

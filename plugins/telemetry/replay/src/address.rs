@@ -30,7 +30,8 @@ pub(crate) struct Point {
     pub(crate) quality: Option<Column>,
     /// Words of a table for states; empty where it has those that are known.
     pub(crate) states: StateWords<Value>,
-    /// Unit that the cells of a table must have where they name one.
+    /// Unit that the cells of a table must have where they name one: that of the address, or the
+    /// tag's.
     pub(crate) unit: Option<String>,
 }
 
@@ -161,8 +162,13 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
         values: raw.values.unwrap_or(config.values),
         quality: raw.quality,
         states,
-        unit: raw.unit.map(|unit| unit.trim().to_owned()),
+        unit: raw.unit.or_else(|| tag_unit(tag)).map(|unit| unit.trim().to_owned()),
     })
+}
+
+/// Unit that samples of the tag must have, where it is known.
+fn tag_unit(tag: &TagSpec) -> Option<String> {
+    Some(tag.unit.clone()).filter(|unit| !unit.trim().is_empty())
 }
 
 /// Reports whether every change of such a tag matters.

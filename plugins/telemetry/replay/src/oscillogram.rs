@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
 
-use text_table::TextEncoding;
+use text_table::{TextEncoding, units_conflict};
 
 use crate::address::{Point, Points, Source};
 use crate::comtrade::{
@@ -234,6 +234,14 @@ fn find(cfg: &Cfg, point: &Point) -> Result<ChannelSelection, String> {
             let Analog { a, b, range, skew_nanos, fault, .. } = cfg.analogs[channel].clone();
             if let Some(fault) = fault {
                 return Err(fault);
+            }
+            let unit = cfg.analogs[channel].unit.as_str();
+            if let Some(wanted) = point.unit.as_deref().filter(|to| units_conflict(to, unit)) {
+                return Err(format!(
+                    "channel '{}' is in {unit}, and {wanted} is wanted: correct the tag's unit, or \
+                     give it a `scale`",
+                    ids[channel]
+                ));
             }
             let factor = match point.values.side() {
                 Some(side) => cfg.analogs[channel].factor_to(side).map_err(|what| {

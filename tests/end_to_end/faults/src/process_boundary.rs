@@ -110,6 +110,7 @@ fn tags() -> Vec<TelemetryTag> {
         freshness: Duration::from_secs(3),
         id: format!("tag {tag}"),
         address_json: "{}".into(),
+        unit: String::new(),
     };
     (0..TAGS).map(tag).collect()
 }

@@ -21,6 +21,7 @@ const SAMPLE: &[(Misbehavior, CallSite)] = &[
     (Misbehavior::MissingVerdict, CallSite::Draw),
     (Misbehavior::VerdictOutOfRange, CallSite::Draw),
     (Misbehavior::UnknownWithoutReason, CallSite::Draw),
+    (Misbehavior::SeverityOfNormal, CallSite::Draw),
     (Misbehavior::IndexOutOfBounds, CallSite::Optimize),
     (Misbehavior::PanicInDrop, CallSite::Destroy),
     (Misbehavior::Segfault, CallSite::Publish),
@@ -457,5 +458,6 @@ fn explains(kind: Misbehavior, at: CallSite, line: &str) -> bool {
         Misbehavior::MissingVerdict => says(&["have no verdict"]),
         Misbehavior::VerdictOutOfRange => says(&["not described"]),
         Misbehavior::UnknownWithoutReason => says(&["has no reason"]),
+        Misbehavior::SeverityOfNormal => says(&["has the severity of an abnormal verdict"]),
     }
 }

@@ -62,6 +62,7 @@ impl PayloadFormat {
             freshness: FRESHNESS,
             id: format!("S{station}.P{point}"),
             address_json: self.address(station, point).to_string(),
+            unit: String::new(),
         };
         (0..).zip(all).map(tag).collect()
     }

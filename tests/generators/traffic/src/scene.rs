@@ -97,6 +97,7 @@ pub(crate) fn telemetry_tag(tag: u32, address: &Value) -> TelemetryTag {
         freshness: FRESHNESS,
         id: format!("tag {tag}"),
         address_json: address.to_string(),
+        unit: String::new(),
     }
 }
 

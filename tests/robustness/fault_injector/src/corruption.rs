@@ -19,7 +19,11 @@ pub(crate) fn active_corruption(at: CallSite) -> Option<Misbehavior> {
     ]
     .into_iter()
     .chain([Misbehavior::OutOfRange, Misbehavior::Overrun, Misbehavior::MissingVerdict])
-    .chain([Misbehavior::VerdictOutOfRange, Misbehavior::UnknownWithoutReason]);
+    .chain([
+        Misbehavior::VerdictOutOfRange,
+        Misbehavior::UnknownWithoutReason,
+        Misbehavior::SeverityOfNormal,
+    ]);
     kinds.into_iter().find(|&kind| is_set(kind, at))
 }
 

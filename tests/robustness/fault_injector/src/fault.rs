@@ -80,6 +80,8 @@ named! {
         VerdictOutOfRange,
         /// Returns an unknown verdict without a reason.
         UnknownWithoutReason,
+        /// Returns a normal verdict with the severity of an abnormal one.
+        SeverityOfNormal,
     }
 }
 
@@ -198,9 +200,10 @@ impl Misbehavior {
             ),
             Self::Flood => matches!(at, Publish | ReadAlarms),
             Self::AfterStop => at == Publish,
-            Self::MissingVerdict | Self::VerdictOutOfRange | Self::UnknownWithoutReason => {
-                at == Draw
-            }
+            Self::MissingVerdict
+            | Self::VerdictOutOfRange
+            | Self::UnknownWithoutReason
+            | Self::SeverityOfNormal => at == Draw,
             _ => true,
         }
     }

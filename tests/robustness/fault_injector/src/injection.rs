@@ -68,7 +68,8 @@ pub(crate) fn inject(at: CallSite) -> Option<Misbehavior> {
         | Misbehavior::AfterStop
         | Misbehavior::MissingVerdict
         | Misbehavior::VerdictOutOfRange
-        | Misbehavior::UnknownWithoutReason => return Some(kind),
+        | Misbehavior::UnknownWithoutReason
+        | Misbehavior::SeverityOfNormal => return Some(kind),
     }
     None
 }

@@ -129,6 +129,7 @@ fn host_side() -> HostSide {
         freshness: Duration::from_secs(3),
         id: format!("tag{tag}"),
         address_json: "{}".into(),
+        unit: String::new(),
     });
     let bindings = TAGS.map(|tag| OverlayBinding {
         tag: TagHandle(tag),

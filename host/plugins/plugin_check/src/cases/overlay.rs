@@ -65,6 +65,9 @@ const NO_BASIS: u32 = 0xa5a5_a5a5;
 const BASIS_A_PRIMITIVE: usize = 16;
 const VERDICTS: [u32; 3] =
     [abi::BUSBAR_VERDICT_NORMAL, abi::BUSBAR_VERDICT_ABNORMAL, abi::BUSBAR_VERDICT_UNKNOWN];
+/// Flags that tell the severity of an abnormal verdict, at most one of them at once.
+const SEVERITY_FLAGS: u32 = abi::BUSBAR_VERDICT_WARNING | abi::BUSBAR_VERDICT_PERHAPS_ALARM;
+const VERDICT_FLAGS: u32 = abi::BUSBAR_VERDICT_ASSUMED | SEVERITY_FLAGS;
 const QUANTITIES: [u32; 3] =
     [abi::BUSBAR_QUANTITY_POSITION, abi::BUSBAR_QUANTITY_FLOW, abi::BUSBAR_QUANTITY_LEVEL];
 const TEXTS: [&str; 4] = ["Top oil", "Öl °C µV – ×", "", LONG_NAME];
@@ -75,6 +78,8 @@ const LONG_NAME: &str = concat!(
     "öööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööö",
     "öööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööö",
 );
+/// Origins of values: live, simulated, and several at once.
+const ORIGINS: [u8; 5] = [0, 0, 4, 8, 31];
 const KINDS: [u8; 4] = [
     abi::BUSBAR_VALUE_F64,
     abi::BUSBAR_VALUE_I64,
@@ -132,7 +137,8 @@ impl Scene {
                 kind: if none { abi::BUSBAR_VALUE_NONE } else { kind },
                 quality,
                 reason: if quality == 0 { 0 } else { ((index + round) % 8) as u8 },
-                reserved: [0; 5],
+                origin: ORIGINS[(index + round) % ORIGINS.len()],
+                reserved: [0; 4],
                 value: if none { 0 } else { value },
                 age_millis: [0, 1500, u64::MAX][(index + round) % 3],
             });
@@ -300,6 +306,19 @@ impl Buffers {
             let Some(reason) = text.get(from..from + verdict.reason_len as usize) else {
                 return at("names text that is not there");
             };
+            if verdict.flags & !VERDICT_FLAGS != 0 {
+                return at(&format!("has the unknown flags {:#x}", verdict.flags & !VERDICT_FLAGS));
+            }
+            match verdict.flags & SEVERITY_FLAGS {
+                0 => {}
+                SEVERITY_FLAGS => {
+                    return at("is a warning, and perhaps an alarm: set one of these flags");
+                }
+                _ if verdict.verdict != abi::BUSBAR_VERDICT_ABNORMAL => {
+                    return at("has the severity of an abnormal verdict, and is none");
+                }
+                _ => {}
+            }
             let is_assumed = verdict.flags & abi::BUSBAR_VERDICT_ASSUMED != 0;
             let needs_reason = is_assumed || verdict.verdict == abi::BUSBAR_VERDICT_UNKNOWN;
             if needs_reason && reason.trim().is_empty() {

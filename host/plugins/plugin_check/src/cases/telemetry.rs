@@ -41,6 +41,7 @@ impl TagSpecs {
                 freshness_millis: FRESHNESS_MILLIS,
                 id: abi::BusbarStr::from_borrowed(id),
                 address_json: abi::BusbarStr::from_borrowed(address),
+                unit: abi::BusbarStr::from_static(""),
             }
         });
         Self { raw: raw.collect(), _texts: texts }

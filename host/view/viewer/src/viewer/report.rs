@@ -127,6 +127,7 @@ impl Viewer {
                     assumed: of.is_assumed,
                     reason: of.reason.into_owned(),
                     was_abnormal: of.was_abnormal,
+                    origin: of.origin.names().collect(),
                 });
             }
         }

@@ -1,5 +1,7 @@
 //! Time that nobody saw: start, gaps, clocks that jump, replay.
 
+use busbar_plugin_sdk::Origin;
+
 use super::*;
 
 #[test]
@@ -122,6 +124,7 @@ fn in_replay_time_is_that_of_the_recording() {
             value: Some(Value::F64(number)),
             quality: Quality::Good,
             age: Duration::ZERO,
+            origin: Origin::LIVE,
         });
         let now = start + frame * 100_000_000_000;
         drawing = draw_at(&mut bench.overlay, None, &values, now).unwrap();
@@ -174,10 +177,51 @@ fn clocks_at_their_ends_do_no_harm() {
                 value: Some(Value::F64(number)),
                 quality: Quality::Good,
                 age: Duration::ZERO,
+                origin: Origin::LIVE,
             });
             let drawing = draw_at(&mut bench.overlay, None, &values, now).unwrap();
             let [low, high] = bounds(&drawing.lines[1]);
             assert!(low.is_finite() && high.is_finite() && low <= high, "{clocks:?}");
         }
+    }
+}
+
+/// A history of simulated, recorded or test values is one of another plant than the real one.
+#[test]
+fn a_history_of_another_origin_says_nothing_of_live_values() {
+    for origin in [Origin::SIMULATED, Origin::RECORDED, Origin::TEST | Origin::SIMULATED] {
+        let mut bench = Bench::example();
+        let mut hour = |bench: &mut Bench, current: f64, origin| {
+            let mut drawing = Drawing::default();
+            for _ in 0..60 {
+                bench.minute += 1;
+                let values = [current, 25.6].map(|number| TagValue {
+                    value: Some(Value::F64(number)),
+                    quality: Quality::Good,
+                    age: Duration::ZERO,
+                    origin,
+                });
+                let now = START + bench.minute * MINUTE;
+                let bindings = bench.bindings.take();
+                drawing = draw_at(&mut bench.overlay, bindings, &values, now).unwrap();
+            }
+            drawing
+        };
+        for _ in 0..24 {
+            hour(&mut bench, 120.0, origin);
+        }
+        let simulated = hour(&mut bench, 120.0, origin);
+        assert_eq!(verdict(&simulated), Verdict::Normal, "{origin}");
+        // Live values follow: at the least and at the greatest load before, they differ.
+        let live = hour(&mut bench, 440.0, Origin::LIVE);
+        assert_eq!(verdict(&live), Verdict::Unknown, "{origin}");
+        assert!(reason(&live).contains("another origin"), "{}", reason(&live));
+        // A value that a person put in place of a measured one is of the same plant.
+        for _ in 0..24 {
+            hour(&mut bench, 120.0, Origin::LIVE);
+        }
+        assert_eq!(verdict(&hour(&mut bench, 120.0, Origin::SUBSTITUTED)), Verdict::Normal);
+        let back = hour(&mut bench, 440.0, origin);
+        assert_eq!(verdict(&back), Verdict::Unknown, "{origin}");
     }
 }

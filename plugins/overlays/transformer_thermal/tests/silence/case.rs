@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::host;
-use busbar_plugin_sdk::{Plugin, Quality, Reason, TagValue, Value};
+use busbar_plugin_sdk::{Origin, Plugin, Quality, Reason, TagValue, Value};
 use transformer_thermal::{Parameters, TransformerThermal};
 
 use crate::common::Random;
@@ -175,6 +175,7 @@ impl Instant {
             value: Some(Value::F64(number)),
             quality: Quality::Good,
             age: Duration::ZERO,
+            origin: Origin::LIVE,
         });
         if self.is_sensor_bad {
             values[2].quality = Quality::Uncertain(Reason::Stale);

@@ -218,5 +218,7 @@ fn value_to_abi(value: &TagValue) -> abi::BusbarTagValue {
     let (kind, bits) = abi::value_codes(value.value);
     let (quality, reason) = value.quality.codes();
     let age_millis = value.age.as_millis() as u64;
-    abi::BusbarTagValue { kind, quality, reason, reserved: [0; 5], value: bits, age_millis }
+    let origin = value.origin.bits();
+    let reserved = [0; 4];
+    abi::BusbarTagValue { kind, quality, reason, origin, reserved, value: bits, age_millis }
 }

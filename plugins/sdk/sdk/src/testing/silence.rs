@@ -8,7 +8,7 @@
 use std::time::Duration;
 
 use super::{Drawing, FaultGenerator};
-use crate::{Quality, Reason, TagValue, Value, Verdict};
+use crate::{Origin, Quality, Reason, TagValue, Value, Verdict};
 
 /// Environment variable with the number of cases of each silence test.
 pub const SILENCE_CASES_VARIABLE: &str = "BUSBAR_SILENCE_CASES";
@@ -80,7 +80,8 @@ impl InputGenerator {
     pub fn input(&mut self, value: Value) -> (TagValue, Option<InputFault>) {
         let fault = self.one_in(FAULT_RARITY).then(|| self.choice(&InputFault::ALL));
         let age = Duration::from_millis(self.below(MAX_AGE_MILLIS) as u64);
-        let good = TagValue { value: Some(value), quality: Quality::Good, age };
+        let good =
+            TagValue { value: Some(value), quality: Quality::Good, age, origin: Origin::LIVE };
         let reasons = [Reason::Communication, Reason::Sensor, Reason::Stale, Reason::Unknown];
         let reason = self.choice(&reasons);
         let of = match fault {

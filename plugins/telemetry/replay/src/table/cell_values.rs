@@ -84,9 +84,11 @@ fn no_value_of(text: &str, expected: &str) -> String {
 fn check_unit(text: &str, found: &str, unit: &mut Option<String>) -> Result<(), String> {
     match unit {
         Some(unit) if unit.trim() == found || !units_conflict(unit, found) => Ok(()),
-        Some(unit) => {
-            Err(format!("'{}' is in {found}, its column in {}", shorten(text), shorten(unit)))
-        }
+        Some(unit) => Err(format!(
+            "'{}' is in {found}, its column or tag in {}: a tag of another unit needs a `scale`",
+            shorten(text),
+            shorten(unit)
+        )),
         None => {
             *unit = Some(found.to_owned());
             Ok(())

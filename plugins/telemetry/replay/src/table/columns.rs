@@ -142,10 +142,15 @@ impl Columns {
         self.time
     }
 
+    /// Columns of time and date, counted from 0; `None` where there is no date.
+    pub(super) fn time_columns(&self) -> [Option<usize>; 2] {
+        [Some(self.time), self.date]
+    }
+
     /// Takes the units of a row of units.
     ///
     /// # Errors
-    /// Tags whose address says another unit.
+    /// Tags that want another unit.
     pub(super) fn take_units(&mut self, cells: &Cells, points: &Points) -> Result<(), Vec<String>> {
         let ColumnSelection::Wide(columns) = &self.wanted else { return Ok(()) };
         let mut faults = Vec::new();
@@ -155,7 +160,8 @@ impl Columns {
             match unit {
                 _ if found.is_empty() => {}
                 Some(wanted) if units_conflict(wanted, found) => faults.push(format!(
-                    "tag '{}': its column is in {found}, its address says {wanted}",
+                    "tag '{}': its column is in {found}, and {wanted} is wanted: correct the tag's \
+                     unit, or give it a `scale`",
                     point.id
                 )),
                 Some(_) => {}

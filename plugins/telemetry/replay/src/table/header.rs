@@ -104,12 +104,17 @@ fn named_column(config: &CsvConfig, points: &Points) -> Option<String> {
 }
 
 /// Reports a row of units: no time, no number, and a known unit.
-pub(super) fn is_units_row(config: &CsvConfig, cells: &Cells, time: usize) -> bool {
+pub(super) fn is_units_row(
+    config: &CsvConfig,
+    cells: &Cells,
+    [time, date]: [Option<usize>; 2],
+) -> bool {
     match config.units_row {
         Some(is_set) => is_set,
         None => {
             let is_number = |text: &str| config.numbers.parse_f64(text).is_ok();
-            config.times.read(None, cells.get(time), None).is_err()
+            let [time, date] = [time, date].map(|column| column.map(|column| cells.get(column)));
+            config.times.read(date, time.unwrap_or_default(), None).is_err()
                 && !cells.iter().any(is_number)
                 && cells.iter().any(|cell| find_unit(unit_of(cell)).is_some())
         }

@@ -143,7 +143,7 @@ impl<R: Read + Seek + Send> Table<R> {
         if self.header.is_empty() || self.rows.read().map_err(failed)? != NextRow::Row {
             return Ok(());
         }
-        if header::is_units_row(&config.csv, self.rows.cells(), self.columns.time_column()) {
+        if header::is_units_row(&config.csv, self.rows.cells(), self.columns.time_columns()) {
             let taken = self.columns.take_units(self.rows.cells(), points);
             taken.map_err(|faults| Fault::of_tags(&config.file, &faults))?;
             self.mark = self.rows.position();

@@ -200,6 +200,22 @@ fn cases() -> Vec<Case> {
             oil(),
         ),
         case(
+            "letters as states, in the first row after the header, beside a date of its own",
+            "Date,Time,Feeder\n2026-01-02,03:04:05,A\n",
+            json!({"date": "Date", "time": "Time", "zone": "UTC"}),
+            vec![(
+                ValueKind::Bool,
+                json!({"column": "Feeder", "states": {"A": true, "B": false}}),
+                Some(Value::Bool(true)),
+            )],
+        ),
+        case(
+            "thousands of zero, which are a fraction of another format",
+            &format!("time;P;Q\n{iso};0.500;1.500\n"),
+            json!({"decimal": ",", "thousands": "."}),
+            vec![(F64, json!({"column": "P"}), None), column("Q", 1500.0)],
+        ),
+        case(
             "whole numbers with a fraction of zeros",
             &format!("time,A,B\n{iso},7.0,7.5\n"),
             json!({}),
@@ -385,7 +401,7 @@ fn what_is_refused_names_fault_place_and_setting_and_never_the_view() {
             format!("time,Oil\n,°F\n{iso},142\n"),
             json!({}),
             json!({"column": "Oil", "unit": "°C"}),
-            "its column is in °F, its address says °C",
+            "its column is in °F, and °C is wanted: correct the tag's unit, or give it a `scale`",
         ),
         (
             format!("time,Oil\n{iso},1\nOil,time\n61.5,{iso}\n"),
@@ -412,6 +428,51 @@ fn what_is_refused_names_fault_place_and_setting_and_never_the_view() {
     let tags = vec![tag_spec(0, "T", F64, json!({"column": "Öl"}))];
     let (_folder, running) = run("a.csv", &bytes, &json!({}), tags);
     running.wait_for_link(LinkState::Down, "it is no text in UTF-8: set csv.encoding");
+}
+
+#[test]
+fn a_code_of_more_than_eight_bits_is_no_quality_of_opc() {
+    // 500 is stale to Sparkplug and Ignition; its lowest eight bits are those of good.
+    let text = "time,Oil,q\n2026-01-02T03:04:05Z,60,192\n2026-01-02T03:04:06Z,61.5,500\n";
+    let tags = vec![tag_spec(0, "T", F64, json!({"column": "Oil"}))];
+    let (_folder, running) = run("a.csv", text.as_bytes(), &json!({"quality": "q"}), tags);
+    let found: Vec<_> = running.played().iter().map(|sample| sample.quality).collect();
+    assert_eq!(found, [Quality::Good, Quality::Bad(Reason::Unknown)]);
+}
+
+/// A value in another unit than its tag's never shows as one of the tag's unit.
+#[test]
+fn a_unit_of_the_file_that_is_not_the_tags_is_refused() {
+    let iso = "2026-01-02T03:04:05Z";
+    let tag_in = |unit: &str| {
+        vec![TagSpec { unit: unit.into(), ..tag_spec(0, "T", F64, json!({"column": "A"})) }]
+    };
+    for (wanted, found) in [
+        ("°C", "°F"),
+        ("MW", "kW"),
+        ("kV", "V"),
+        ("A", "kA"),
+        ("bar", "MPa"),
+        ("%", "p.u."),
+        ("°C", "K"),
+    ] {
+        let text = format!("time,A\n,{found}\n{iso},142\n");
+        let (_folder, running) = run("a.csv", text.as_bytes(), &json!({}), tag_in(wanted));
+        let part = format!("its column is in {found}, and {wanted} is wanted");
+        running.wait_for_link(LinkState::Down, &part);
+        let text = format!("time,A\n{iso},1\n{iso},142 {found}\n");
+        let (_folder, running) = run("a.csv", text.as_bytes(), &json!({}), tag_in(wanted));
+        let last = running.played().last().copied().unwrap();
+        assert_eq!((last.value, last.quality), (None, Quality::Bad(Reason::Sensor)), "{found}");
+        // Without a unit of the tag, as where the host scales samples, the file's counts.
+        let (_folder, running) = run("a.csv", text.as_bytes(), &json!({}), tag_in(""));
+        assert_eq!(running.played().last().unwrap().value, Some(Value::F64(142.0)), "{found}");
+    }
+    for (wanted, found) in [("°C", "degC"), ("MW", "MW"), ("apples", "kV"), ("kvar", "kVAr")] {
+        let text = format!("time,A\n,{found}\n{iso},142\n");
+        let (_folder, running) = run("a.csv", text.as_bytes(), &json!({}), tag_in(wanted));
+        assert_eq!(running.played().last().unwrap().value, Some(Value::F64(142.0)), "{found}");
+    }
 }
 
 #[test]

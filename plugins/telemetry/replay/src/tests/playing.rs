@@ -265,3 +265,20 @@ fn stopping_is_quick_and_starting_again_is_possible() {
         assert!(stopped.elapsed() < busbar_plugin_sdk::MAX_STOP);
     }
 }
+
+#[test]
+fn a_channel_of_another_unit_than_its_tags_is_refused() {
+    let (_folder, cfg) = written(recipe());
+    let tag = |unit: &str| {
+        let address = json!({"channel": "IA"});
+        vec![TagSpec { unit: unit.into(), ..tag_spec(0, "T", ValueKind::F64, address) }]
+    };
+    for unit in ["A", "Amps", "", "apples"] {
+        assert_eq!(start(&cfg, json!({}), tag(unit)).played().len(), 1000, "{unit}");
+    }
+    for unit in ["kA", "V"] {
+        let fault = create(&cfg, json!({})).check(&tag(unit)).unwrap_err();
+        let part = format!("channel 'IA' is in A, and {unit} is wanted");
+        assert!(fault.message().contains(&part), "{}", fault.message());
+    }
+}

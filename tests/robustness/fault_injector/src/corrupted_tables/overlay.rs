@@ -86,6 +86,10 @@ fn corrupt_verdicts(kind: Misbehavior, output: &mut abi::BusbarOverlayOutput) {
             verdict.verdict = abi::BUSBAR_VERDICT_UNKNOWN;
             verdict.reason_len = 0;
         }
+        Misbehavior::SeverityOfNormal => {
+            verdict.verdict = abi::BUSBAR_VERDICT_NORMAL;
+            verdict.flags = abi::BUSBAR_VERDICT_WARNING;
+        }
         _ => {}
     }
 }
@@ -133,6 +137,7 @@ mod tests {
         assert_eq!(corrupted(Misbehavior::VerdictOutOfRange).1.equipment, u32::MAX);
         let (_, silent) = corrupted(Misbehavior::UnknownWithoutReason);
         assert_eq!((silent.verdict, silent.reason_len), (abi::BUSBAR_VERDICT_UNKNOWN, 0));
+        assert_eq!(corrupted(Misbehavior::SeverityOfNormal).1.flags, abi::BUSBAR_VERDICT_WARNING);
         let (count, whole) = corrupted(Misbehavior::Overrun);
         assert_eq!((count, whole.reason_len), (1, 4));
     }
