@@ -266,7 +266,10 @@ impl TimeReader {
             let is_plausible = (MIN_YEAR_OF_NUMBER..=MAX_YEAR).contains(&year);
             is_plausible.then(|| format!("as {} it is of {year}", unit.format.expected()))
         });
-        let right = right.unwrap_or_else(|| "is it in another unit or format?".into());
+        let right = right.unwrap_or_else(|| match &self.format {
+            TimeFormat::Pattern(_) => "a year of two digits is %y: is it in another format?".into(),
+            _ => "is it in another unit or format?".into(),
+        });
         format!("'{shown}' as {expected} would be {year}; {right}")
     }
 
@@ -327,6 +330,9 @@ fn local(
     last: Option<i64>,
     abbreviation: Option<&str>,
 ) -> Result<Instant, Fault> {
+    if !(MIN_YEAR..=MAX_YEAR).contains(&civil.year()) {
+        return Err(Fault::Implausible(Some(civil.year())));
+    }
     let zone = zone.ok_or_else(|| {
         Fault::Other("it has no zone: set `zone`, such as UTC or Europe/Berlin".into())
     })?;
@@ -334,8 +340,20 @@ fn local(
     Ok(Instant { nanos: resolved.nanos, is_ambiguous: resolved.is_ambiguous })
 }
 
+/// Joins an offset that stands apart, as in `2026-01-02 03:04:05 +01:00` or `... UTC`.
+fn join_offset(text: &str) -> Option<String> {
+    let (time, zone) = text.rsplit_once(' ')?;
+    let is_offset = |text: &str| text.starts_with(['+', '-']);
+    match zone {
+        "UTC" | "GMT" | "Z" => Some(format!("{time}Z")),
+        offset if is_offset(offset) => Some(format!("{time}{offset}")),
+        _ => None,
+    }
+}
+
 fn read_iso(text: &str, zone: Option<&Zone>, last: Option<i64>) -> Result<Instant, Fault> {
-    if let Ok(timestamp) = text.parse::<Timestamp>() {
+    let joined = join_offset(text);
+    if let Ok(timestamp) = joined.as_deref().unwrap_or(text).parse::<Timestamp>() {
         return absolute(timestamp);
     }
     let civil = text.parse::<DateTime>().map_err(|_| Fault::Format)?;

@@ -26,6 +26,9 @@ fn times_as_programs_export_them_are_read() {
         ("rfc3339", None, "2026-01-02T03:04:05Z", "2026-01-02T03:04:05Z"),
         ("rfc3339", None, "2026-01-02 03:04:05.25+02:00", "2026-01-02T01:04:05.25Z"),
         ("rfc3339", utc, "2026-01-02 03:04:05", "2026-01-02T03:04:05Z"),
+        ("rfc3339", berlin, "2026-01-02 03:04:05 UTC", "2026-01-02T03:04:05Z"),
+        ("rfc3339", berlin, "2026-01-02 03:04:05 +05:30", "2026-01-01T21:34:05Z"),
+        ("rfc3339", None, "2026-01-02 03:04:05.5 -0700", "2026-01-02T10:04:05.5Z"),
         ("rfc3339", berlin, "2026-07-02T03:04:05", "2026-07-02T01:04:05Z"),
         ("iso8601", berlin, "2026-01-02 03:04:05,125", "2026-01-02T02:04:05.125Z"),
         ("%d.%m.%Y %H:%M:%S", berlin, "02.01.2026 03:04:05", "2026-01-02T02:04:05Z"),
@@ -52,6 +55,14 @@ fn times_as_programs_export_them_are_read() {
         ("wincc", utc, "46024127835.648", "2026-01-02T03:04:05Z"),
     ] {
         check(format, zone, text, expected);
+    }
+}
+
+#[test]
+fn a_year_of_two_digits_is_none_of_four() {
+    for zone in [None, Some("Europe/Berlin")] {
+        let fault = reader("%d.%m.%Y %H:%M", zone).read(None, "02.01.26 03:04", None).unwrap_err();
+        assert!(fault.contains("of the year 26; a year of two digits is %y"), "{fault}");
     }
 }
 
