@@ -139,8 +139,8 @@ enum BusbarViewEventKind
   // Configuration `id`, shown from now on.
   BUSBAR_VIEW_EVENT_KIND_RELOADED = 13,
   // Verdict `verdict` of the plugin instance `overlay` on the equipment `id`, for the reason
-  // `text`. `is_assumed` is 1 where it rests on a default, which the reason names. Merged by
-  // overlay and equipment.
+  // `text`. `is_assumed` is 1 where it rests on a default, which the reason names; `origins` are
+  // those of the values that it rests on. Merged by overlay and equipment.
   BUSBAR_VIEW_EVENT_KIND_VERDICT = 14,
 };
 #ifndef __cplusplus

@@ -10,6 +10,9 @@ use crate::settings::TransformerSettings;
 /// Phases whose currents may be bound to one transformer.
 const MAX_PHASES: usize = 3;
 
+/// Ratio of a rated load to other ratings beyond which one of them is in another unit.
+const MAX_RATING_RATIO: f64 = 2.5;
+
 /// Search for the inputs of one transformer.
 pub(crate) struct InputSearch<'a> {
     settings: &'a TransformerSettings,
@@ -176,6 +179,10 @@ impl<'a> InputSearch<'a> {
                 ));
                 return None;
             }
+            if let Some(finding) = self.rated_load_fault(binding, quantity, rated) {
+                self.inputs.findings.push(finding);
+                return None;
+            }
             let source = plain(index, binding, UnitConversion::IDENTITY);
             return Some(match quantity {
                 Some(Quantity::ActivePower) => {
@@ -222,6 +229,34 @@ impl<'a> InputSearch<'a> {
                 Some(LoadSource::Ratio { source, rated: 100.0 })
             }
         }
+    }
+
+    /// Finding on a rated load that is surely in another unit than its tag: 100 of a tag in per
+    /// unit would make each load a hundredth.
+    fn rated_load_fault(
+        &self,
+        binding: &Binding,
+        quantity: Option<Quantity>,
+        rated: f64,
+    ) -> Option<String> {
+        let settings = self.settings;
+        let (to, known) = match quantity? {
+            Quantity::Ratio => ("p.u.", 1.0),
+            Quantity::Current => ("A", settings.any_rated_current()?),
+            Quantity::ApparentPower => ("MVA", settings.rated_power?),
+            Quantity::ActivePower => ("MW", settings.rated_power?),
+            _ => return None,
+        };
+        let found = UnitConversion::between(&binding.unit, to, quantity?)?.apply(rated);
+        let is_alike = (known / MAX_RATING_RATIO..=known * MAX_RATING_RATIO).contains(&found);
+        (!is_alike).then(|| {
+            format!(
+                "the tag '{}' in the role 'load' at '{}' is in {}, in which rated_load would be \
+                 {found} {to} where {known} {to} are rated; give rated_load in the unit of the \
+                 tag, or leave it away",
+                binding.tag_id, binding.node_id, binding.unit
+            )
+        })
     }
 
     fn apparent_power(&mut self) -> Option<LoadSource> {

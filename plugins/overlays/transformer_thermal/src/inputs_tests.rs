@@ -55,6 +55,36 @@ fn what_is_missing_is_a_finding_with_a_remedy() {
     }
 }
 
+/// A rated load in another unit than its tag would make every load a small one.
+#[test]
+fn a_rated_load_of_another_unit_is_a_finding() {
+    let known = r#""rated_power": 40, "rated_voltage": 110, "rated_current": 210"#;
+    for (rated, unit, is_fault) in [
+        (100.0, "%", false),
+        (80.0, "%", false),
+        (1.0, "p.u.", false),
+        (100.0, "p.u.", true),
+        (1.0, "%", true),
+        (400.0, "%", true),
+        (210.0, "A", false),
+        (0.21, "kA", false),
+        (210.0, "kA", true),
+        (0.21, "A", true),
+        (40.0, "MVA", false),
+        (40_000.0, "kVA", false),
+        (40_000.0, "MVA", true),
+        (40.0, "kW", true),
+        (32.0, "MW", false),
+        // A tag without a unit has that of its rated load.
+        (7.0, "", false),
+    ] {
+        let settings = format!(r#", {known}, "rated_load": {rated}"#);
+        let found = inputs(&settings, &[("load", unit)]).findings;
+        assert_eq!(!found.is_empty(), is_fault, "{rated} {unit}: {found:?}");
+        assert!(found.iter().all(|of| of.contains("rated_load would be")), "{found:?}");
+    }
+}
+
 #[test]
 fn what_is_there_is_no_finding() {
     let rated = r#", "rated_power": 40, "rated_voltage": 110, "rated_current": 210"#;

@@ -25,7 +25,8 @@ fn binding() -> Binding {
 fn drawn(value: Option<f64>) -> (String, Option<Severity>) {
     let mut overlay = MyPlugin::create(Settings::default(), host()).unwrap();
     let value = value.map(Value::F64);
-    let state = TagValue { value, quality: Quality::Good, age: Duration::ZERO, origin: Origin::LIVE };
+    let state =
+        TagValue { value, quality: Quality::Good, age: Duration::ZERO, origin: Origin::LIVE };
     let drawing = draw(&mut overlay, vec![binding()], &[state]).unwrap();
     let [line] = drawing.lines.as_slice() else { panic!("{drawing:?}") };
     assert_eq!((line.node, line.caption.as_str()), (7, "Oil"));
@@ -44,7 +45,12 @@ fn values_are_shown_and_the_abnormal_is_coloured() {
 /// Returns the verdict on the equipment, and its reason.
 fn verdict(value: Option<f64>, quality: Quality, limit_high: Option<f64>) -> (Verdict, String) {
     let mut overlay = MyPlugin::create(Settings::default(), host()).unwrap();
-    let state = TagValue { value: value.map(Value::F64), quality, age: Duration::ZERO, origin: Origin::LIVE };
+    let state = TagValue {
+        value: value.map(Value::F64),
+        quality,
+        age: Duration::ZERO,
+        origin: Origin::LIVE,
+    };
     let bindings = vec![Binding { limit_low: None, limit_high, ..binding() }];
     let drawing = draw(&mut overlay, bindings, &[state]).unwrap();
     let verdict = drawing.verdict(0).unwrap();
