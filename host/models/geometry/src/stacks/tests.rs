@@ -98,6 +98,73 @@ fn a_wedge_follows_the_wedge_of_its_own_section() {
     }
 }
 
+/// Makes a flat-shaded column of sheds: rings of `SIDES` points, wide and narrow in turn.
+fn sheds() -> Mesh {
+    const SIDES: u32 = 8;
+    const RINGS: u32 = 7;
+    let at = |ring: u32, side: u32| {
+        let angle = (side % SIDES) as f32 / SIDES as f32 * std::f32::consts::TAU;
+        let radius = if ring.is_multiple_of(2) { 1.0 } else { 2.0 };
+        Vec3::new(radius * angle.cos(), radius * angle.sin(), 0.4 * ring as f32)
+    };
+    let mut flat = RawPrimitive::default();
+    for (ring, side) in (0..RINGS - 1).flat_map(|ring| (0..SIDES).map(move |side| (ring, side))) {
+        let [a, b] = [at(ring, side), at(ring, side + 1)];
+        let [c, d] = [at(ring + 1, side), at(ring + 1, side + 1)];
+        for corners in [[a, b, c], [c, b, d]] {
+            let first = flat.positions.len() as u32;
+            flat.triangles.push([first, first + 1, first + 2]);
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+            flat.positions.extend(corners);
+            flat.normals.extend([normal; 3]);
+        }
+    }
+    weld(&[flat]).unwrap().0
+}
+
+#[test]
+fn moved_triangles_are_shaded_by_wedges_that_face_as_they_do() {
+    let mesh = sheds();
+    // The wide rings go, each point onto one beside it a ring above, then every second that is left.
+    let pairs: Vec<(u32, u32)> = {
+        let near = |p: Vec3, height: f32| {
+            let distance = |&q: &usize| mesh.positions[q].distance(p);
+            let of_ring = (0..mesh.positions.len())
+                .filter(|&q| (mesh.positions[q].z - p.z - height).abs() < 1e-3);
+            of_ring.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap() as u32
+        };
+        let numbered = || (0_u32..).zip(&mesh.positions);
+        let wide = numbered().filter(|(_, p)| p.truncate().length() > 1.5);
+        wide.map(|(number, &p)| (number, near(p, 0.4))).collect()
+    };
+    let stacks = CollapseStacks::build(mesh.clone(), &sequence(&mesh, &pairs));
+    let mesh = stacks.mesh();
+    let [mut replaced, mut kept] = [0, 0];
+    for cursor in 0..=stacks.collapse_count() {
+        let standing = stacks.representative_wedges(cursor);
+        let resolved = stacks.resolve(cursor);
+        for (number, &corners) in stacks.live(cursor).zip(&resolved.triangles) {
+            let imported = mesh.triangles[number as usize];
+            let moved = imported.map(|wedge| standing[wedge as usize]);
+            assert_eq!(mesh.corner_positions(corners), mesh.corner_positions(moved));
+            assert!(imported != moved || corners == imported, "only what moved changes");
+            let [a, b, c] = mesh.corner_positions(moved).map(|p| mesh.positions[p as usize]);
+            let normal = (b - a).cross(c - a).normalize();
+            let cosine = |wedge: u32| mesh.wedges.normal[wedge as usize].dot(normal);
+            for (before, after) in moved.into_iter().zip(corners) {
+                if before == after {
+                    kept += 1;
+                } else {
+                    replaced += 1;
+                    assert!(cosine(before) < 0.3 && cosine(after) > cosine(before));
+                }
+            }
+        }
+    }
+    assert!(replaced > 0 && kept > replaced, "{replaced} {kept}");
+    assert_eq!(stacks.resolve(0).triangles, mesh.triangles, "nothing is lost");
+}
+
 #[test]
 fn a_long_chain_dies_as_the_sequential_process_says() {
     let mesh = strip(60);
