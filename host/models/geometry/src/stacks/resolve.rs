@@ -1,15 +1,8 @@
 //! Level-of-detail extraction: the live triangles of a mesh at a cursor.
 
-use glam::Vec3;
-
 use super::{CollapseStacks, ResolvedMesh};
 use crate::Section;
 
-/// Wedges on either side of a wedge that are looked at for a better one.
-const MAX_CANDIDATES: usize = 64;
-/// Least cosine between the normal of a moved triangle and those of its wedges: 78 degrees. Normals
-/// that lean farther make stripes. Others are nearer to the imported shading than to the triangle's.
-const MIN_FACING_COSINE: f32 = 0.2;
 /// No wedge has this index.
 const UNKNOWN: u32 = u32::MAX;
 
@@ -21,18 +14,13 @@ impl CollapseStacks {
             return self.imported();
         }
         if 3 * live < self.mesh.wedges.len() {
-            let mut few = self.filter(cursor, live, |corners| corners);
+            let mut few = self.filter(cursor, live, |wedge| wedge);
             if self.climb(few.triangles.as_flattened_mut(), cursor).is_some() {
-                for (corners, number) in few.triangles.iter_mut().zip(self.live(cursor)) {
-                    *corners = self.fit_wedges(self.mesh.triangles[number as usize], *corners);
-                }
                 return few;
             }
         }
         let standing = self.representative_wedges(cursor);
-        self.filter(cursor, live, |corners| {
-            self.fit_wedges(corners, corners.map(|wedge| standing[wedge as usize]))
-        })
+        self.filter(cursor, live, |wedge| standing[wedge as usize])
     }
 
     /// Returns the mesh without any removed triangle.
@@ -46,12 +34,7 @@ impl CollapseStacks {
     }
 
     /// Filters the live triangles and relabels their corners.
-    fn filter(
-        &self,
-        cursor: u32,
-        live: usize,
-        stand: impl Fn([u32; 3]) -> [u32; 3],
-    ) -> ResolvedMesh<'_> {
+    fn filter(&self, cursor: u32, live: usize, stand: impl Fn(u32) -> u32) -> ResolvedMesh<'_> {
         let mut resolved = ResolvedMesh {
             stacks: self,
             triangles: Vec::with_capacity(live),
@@ -64,56 +47,10 @@ impl CollapseStacks {
             let triangles = self.mesh.triangles[all.clone()].iter();
             let deaths = &self.tables.removal_cursor[all];
             let live = triangles.zip(deaths).filter(|&(_, &death)| death > cursor);
-            resolved.triangles.extend(live.map(|(&corners, _)| stand(corners)));
+            resolved.triangles.extend(live.map(|(corners, _)| corners.map(&stand)));
             resolved.sections.push(start..resolved.triangles.len() as u32);
         }
         resolved
-    }
-
-    /// Replaces wedges of a moved triangle whose normals lean from it by more than
-    /// [`MIN_FACING_COSINE`] allows, each by another one at the same position. A triangle that did
-    /// not move keeps its own.
-    fn fit_wedges(&self, imported: [u32; 3], standing: [u32; 3]) -> [u32; 3] {
-        if imported == standing {
-            return standing;
-        }
-        let wedges = &self.mesh.wedges;
-        let normal = self.triangle_normal(standing);
-        // Where a triangle is wound against its normals, so are its neighbours.
-        let of_corners: Vec3 = imported.iter().map(|&wedge| wedges.normal[wedge as usize]).sum();
-        let is_inverted = self.triangle_normal(imported).dot(of_corners) < 0.0;
-        let normal = if is_inverted { -normal } else { normal };
-        standing.map(|wedge| self.wedge_facing(wedge, normal))
-    }
-
-    /// Returns a wedge if its normal leans little from a unit normal. Otherwise returns the wedge of
-    /// its position and section with the nearest normal and texture coordinate.
-    fn wedge_facing(&self, standing: u32, normal: Vec3) -> u32 {
-        let wedges = &self.mesh.wedges;
-        let own = standing as usize;
-        let cosine = |wedge: usize| wedges.normal[wedge].normalize_or_zero().dot(normal);
-        if normal == Vec3::ZERO || cosine(own) >= MIN_FACING_COSINE {
-            return standing;
-        }
-        let misfit = |wedge: usize| 1.0 - cosine(wedge) + wedges.uv[wedge].distance(wedges.uv[own]);
-        let is_at_position = |&wedge: &usize| wedges.position[wedge] == wedges.position[own];
-        let before = (0..own).rev().take(MAX_CANDIDATES).take_while(is_at_position);
-        let after = (own + 1..wedges.len()).take(MAX_CANDIDATES).take_while(is_at_position);
-        let mut best = (misfit(own), own);
-        for wedge in before.chain(after).filter(|&w| wedges.section[w] == wedges.section[own]) {
-            let found = misfit(wedge);
-            if found < best.0 {
-                best = (found, wedge);
-            }
-        }
-        best.1 as u32
-    }
-
-    /// Computes the unit normal of a triangle by its winding; zero without area.
-    fn triangle_normal(&self, corners: [u32; 3]) -> Vec3 {
-        let positions = self.mesh.corner_positions(corners);
-        let [a, b, c] = positions.map(|position| self.mesh.positions[position as usize]);
-        (b - a).cross(c - a).normalize_or_zero()
     }
 
     /// Moves corners up to their first surviving ancestors, all by one step at a time and without
