@@ -10,7 +10,8 @@ pub(crate) const MIN_VISIBLE_TRIANGLES: usize = 4;
 impl CollapseSequence {
     /// Sorts the collapses of a mesh by the error that each may show. The error of a collapse is
     /// the optimiser's own, or the root mean square distance of the moved surface from the original
-    /// if that is less. It counts at least half the greatest distance and the shading error, and
+    /// if that is less. A surface that gets thinner or thicker counts for more than one that gets
+    /// rough. The error counts at least half the greatest distance and the shading error, and
     /// all of the greatest distance for slender islands. It is no less than the errors of earlier
     /// collapses around it. Collapses elsewhere need not wait: an optimiser that goes by areas does
     /// not keep a small part from going before a large one is touched.

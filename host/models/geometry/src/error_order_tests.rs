@@ -237,6 +237,43 @@ fn something_slender_keeps_three_sides_until_it_vanishes() {
     assert_eq!(left, [16, 6, 6, 0]);
 }
 
+#[test]
+fn a_shape_that_gets_thinner_has_a_greater_error_than_a_rough_one() {
+    // A sheet with bumps, which go first; then the points between them.
+    const COLUMNS: u32 = 9;
+    const HEIGHT: f32 = 0.2;
+    let error = |heights: [f32; 7]| {
+        let at = |i: u32| {
+            let (x, y) = (i / 3, i % 3);
+            let is_inner = y == 1 && x > 0 && x < COLUMNS - 1;
+            let height = if is_inner { heights[x as usize - 1] * HEIGHT } else { 0.0 };
+            Vec3::new(x as f32, y as f32, height)
+        };
+        let quads = (0..COLUMNS - 1).flat_map(|x| [3 * x, 3 * x + 1]);
+        let sheet = RawPrimitive {
+            positions: (0..3 * COLUMNS).map(at).collect(),
+            normals: vec![Vec3::Z; 3 * COLUMNS as usize],
+            triangles: quads.flat_map(|a| [[a, a + 3, a + 1], [a + 1, a + 3, a + 4]]).collect(),
+            ..Default::default()
+        };
+        let mesh = weld(&[sheet]).unwrap().0;
+        let number = |i| mesh.positions.iter().position(|&p| p == at(i)).unwrap() as u32;
+        let onto = |[x, kept]: [u32; 2]| {
+            let [removed, kept] = [x, kept].map(|x| number(3 * x + 1));
+            Collapse { removed, kept, error: 100.0 }
+        };
+        let entries = [[1, 0], [3, 2], [5, 4], [7, 6], [2, 0], [4, 0], [6, 0]].map(onto).to_vec();
+        let sequence = CollapseSequence::new(entries, 3 * COLUMNS).unwrap();
+        sequence.ordered_by_error(&mesh).entries().last().unwrap().error
+    };
+    let thinner = error([1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
+    let rough = error([1.0, 0.0, -1.0, 0.0, 1.0, 0.0, -1.0]);
+    assert!(thinner > 1.01 * rough, "{thinner} {rough}");
+    assert!(thinner < HEIGHT * MAX_ERROR_RATIO, "{thinner}");
+    let thicker = error([-1.0, 0.0, -1.0, 0.0, -1.0, 0.0, -1.0]);
+    assert!((thicker - thinner).abs() < 1e-3, "{thicker} {thinner}");
+}
+
 proptest! {
     /// Every vertex stays within twice the entry's error of the remaining surface, and every island
     /// keeps its collapses.

@@ -49,7 +49,7 @@ pub fn merge(
 
 impl CollapseStacks {
     /// Bakes the mesh at a cursor into a new mesh, and returns it with the remaining collapses.
-    /// Positions keep their numbers; a section's material is its own number.
+    /// Positions and sections keep their numbers, sections their materials.
     ///
     /// # Errors
     /// Returns the errors of [`merge`].
@@ -64,7 +64,11 @@ impl CollapseStacks {
             first_feature: Some(0),
             feature: NO_FEATURE,
         };
-        merge(&[as_it_is], sections)
+        let (mut mesh, left) = merge(&[as_it_is], sections)?;
+        for (section, own) in mesh.sections.iter_mut().zip(&self.mesh().sections) {
+            section.material = own.material;
+        }
+        Ok((mesh, left))
     }
 }
 
@@ -282,6 +286,17 @@ mod tests {
         let whole = CollapseStacks::build(mesh, &sequence);
         let left = whole.resolve(whole.collapse_count()).triangles.len() as u64;
         assert_eq!(left, fan.live_triangles(5));
+    }
+
+    #[test]
+    fn baking_keeps_sections_and_their_materials() {
+        let mut mesh = fan(20, false).into_mesh();
+        mesh.sections[0].material = Some(9);
+        mesh.sections[1].material = None;
+        let none = CollapseSequence::empty(mesh.positions.len() as u32);
+        let (baked, _) = CollapseStacks::build(mesh, &none).baked_at_cursor(0).unwrap();
+        let materials: Vec<_> = baked.sections.iter().map(|section| section.material).collect();
+        assert_eq!(materials, [Some(9), None]);
     }
 
     #[test]

@@ -11,6 +11,11 @@ const REMOVED: u32 = u32::MAX;
 /// Greatest ratio of the deviation of a surface point to the error of the collapse.
 pub(crate) const MAX_ERROR_RATIO: f32 = 2.0;
 
+/// Weight of the squared mean height of the original above the moved surface, against the mean
+/// square distance. Points that are all on one side make a shape thinner or thicker, which shows
+/// more than points on both sides.
+const SHIFT_WEIGHT: f32 = 1.0;
+
 /// Weight of shading against shape.
 const SHADING_WEIGHT: f32 = 0.05;
 
@@ -93,10 +98,10 @@ impl<'a> SurfaceDeviation<'a> {
     }
 
     /// Performs a collapse and returns its error in units of the mesh. The error is the root mean
-    /// square distance of the moved surface from the original, or half the greatest distance or the
-    /// shading error if that is more. For slender islands it is the greatest distance, and infinite
-    /// where the island becomes flat. It is at most the collapse's own error and `most`, and at
-    /// least that of earlier collapses around it.
+    /// square distance of the moved surface from the original, greater where the original is all
+    /// on one side, or half the greatest distance or the shading error if that is more. For slender
+    /// islands it is the greatest distance, and infinite where the island becomes flat. It is at
+    /// most the collapse's own error and `most`, and at least that of earlier collapses around it.
     pub(crate) fn collapse(
         &mut self,
         &Collapse { removed, kept, error }: &Collapse,
@@ -164,20 +169,25 @@ impl<'a> SurfaceDeviation<'a> {
         let stays = self.before.as_flattened().iter().filter(|&&position| position != removed);
         let mut area: f32 = stays.map(|&position| self.area[position as usize] / 6.0).sum();
         let (mut sum, mut greatest) = (0.0, self.max_growth());
+        let mut shift = 0.0;
         for index in 0..self.released.len() {
             let wedge = self.released[index];
-            let distance = self.attach_wedge(wedge, kept);
+            let Attachment { distance, side } = self.attach_wedge(wedge, kept);
             let own = self.area[self.mesh.wedges.position[wedge as usize] as usize];
             area += own;
             sum += own * distance;
+            shift += own * side;
             greatest = greatest.max(distance);
         }
         if self.outward[kept as usize] != Vec3::ZERO {
             let flattens = self.outward_spread(removed, kept) > MAX_SPREAD_RADIANS;
             return if flattens { f32::INFINITY } else { greatest.sqrt() };
         }
-        let mean = if area > 0.0 { sum / area } else { 0.0 };
-        mean.sqrt().max(greatest.sqrt() / MAX_ERROR_RATIO).max(self.shading_error(kept))
+        let (mean, shift) = if area > 0.0 { (sum / area, shift / area) } else { (0.0, 0.0) };
+        (mean + SHIFT_WEIGHT * shift * shift)
+            .sqrt()
+            .max(greatest.sqrt() / MAX_ERROR_RATIO)
+            .max(self.shading_error(kept))
     }
 
     /// Updates and returns the greatest angle between the kept position's outward direction and
@@ -190,8 +200,8 @@ impl<'a> SurfaceDeviation<'a> {
     }
 
     /// Attaches a wedge to the nearest moved triangle of its section, or else to one at the kept
-    /// position. Returns the squared distance.
-    fn attach_wedge(&mut self, wedge: u32, kept: u32) -> f32 {
+    /// position.
+    fn attach_wedge(&mut self, wedge: u32, kept: u32) -> Attachment {
         let point = self.point(self.mesh.wedges.position[wedge as usize]);
         let section = self.mesh.wedges.section[wedge as usize];
         let mut nearest = self.nearest(point, section, self.after.iter().copied());
@@ -203,11 +213,13 @@ impl<'a> SurfaceDeviation<'a> {
             let onto = point.distance_squared(self.point(kept));
             nearest = (onto, self.around(kept).next().unwrap_or(END));
         }
-        match nearest.1 {
-            END => self.wedges.push(kept, wedge),
-            triangle => self.attached.push(triangle, wedge),
+        let (distance, triangle) = nearest;
+        if triangle == END {
+            self.wedges.push(kept, wedge);
+            return Attachment { distance, side: distance.sqrt() };
         }
-        nearest.0
+        self.attached.push(triangle, wedge);
+        Attachment { distance, side: height(point, self.points(self.corners[triangle as usize])) }
     }
 
     /// Returns the squared distance of the nearest triangle of a section, and the triangle.
@@ -284,6 +296,14 @@ impl<'a> SurfaceDeviation<'a> {
     }
 }
 
+/// Place of a position beside the triangle that holds it.
+struct Attachment {
+    /// Squared distance from the triangle.
+    distance: f32,
+    /// Height above the plane of the triangle, negative behind it.
+    side: f32,
+}
+
 /// Lists of numbers, each number in one of them at most.
 struct LinkedLists {
     first: Vec<u32>,
@@ -319,6 +339,12 @@ impl LinkedLists {
             some(self.next[number as usize])
         })
     }
+}
+
+/// Computes the height of a point above the plane of a triangle, negative behind its face; 0 for a
+/// triangle without area.
+fn height(point: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
+    (point - a).dot((b - a).cross(c - a).normalize_or_zero())
 }
 
 /// Computes the squared distance from a point to a triangle.

@@ -100,7 +100,7 @@ pub(crate) fn import(
 }
 
 /// Cache digest part of results ordered by error; its number grows with every change of the order.
-const BY_ERROR: &[u8] = b"by error, 4";
+const BY_ERROR: &[u8] = b"by error, 5";
 
 /// The stage of loading that builds stacks.
 pub(crate) struct OptimizationStage<'a> {

@@ -104,14 +104,16 @@ impl WedgeAreas {
     }
 
     /// Computes the attribute misfit of moving the wedges onto `onto` (vertices of the mesh), times
-    /// their area. The misfit is the squared distance of the normals, and [`TEAR`] if texture or
-    /// material does not lead there along an edge.
+    /// their area and the squared distance at which it counts for that area. The misfit is the
+    /// squared distance of the normals, and [`TEAR`] if texture or material does not lead there
+    /// along an edge.
     pub(crate) fn misfit(
         &self,
         attributes: &Attributes<'_>,
         ring: &[Spoke],
         kept: u32,
         onto: u32,
+        reach_squared: impl Fn(f64) -> f64,
     ) -> f64 {
         let mut sum = 0.0;
         for &(wedge, area) in &self.list {
@@ -127,7 +129,7 @@ impl WedgeAreas {
                 !attributes.is_seam(spoke.wedges[0], wedge) && !attributes.is_seam(end, parent)
             };
             let tear = if ring.iter().any(leads) { 0.0 } else { TEAR };
-            sum += area * (attributes.turn(wedge, parent) + tear);
+            sum += area * (attributes.turn(wedge, parent) + tear) * reach_squared(area);
         }
         sum
     }

@@ -26,6 +26,10 @@ const HEIGHTS_SQUARED: f64 = 8.0;
 /// much.
 const LENGTH_WEIGHT: f64 = 1e-8;
 
+/// Least square of the distance at which the misfit of a wedge counts, against the area that the wedge
+/// shades. More keeps shading at the expense of outlines.
+const SHADED_SHARE: f64 = 0.2;
+
 /// Bits of the fraction that costs of turned shells keep: steps of a half, as a distance a fifth. More
 /// would let rounding choose among the vertices of a ring; fewer take rings for equal that are not.
 const FRACTION_BITS: u32 = 1;
@@ -327,8 +331,13 @@ impl CostEvaluator {
         let mut cost = least + lost + TURN_WEIGHT * 0.5 * turned * reach_squared;
         if let Some(attributes) = source.attributes {
             let onto = shell.surface.vertices[kept as usize];
-            let misfit = self.wedge_areas.misfit(attributes, &self.ring, kept, onto);
-            cost += source.weights.attribute * misfit * reach_squared;
+            // A wrong shade is seen on the whole surface, however short the edge. Turned shells go by
+            // the regularity of their rings.
+            let shaded = if shell.is_turned() { 0.0 } else { SHADED_SHARE };
+            let most = HEIGHTS_SQUARED * highest_squared;
+            let reach_squared = |area: f64| reach_squared.max(most.min(shaded * area));
+            let misfit = self.wedge_areas.misfit(attributes, &self.ring, kept, onto, reach_squared);
+            cost += source.weights.attribute * misfit;
         }
         let shape = shell.quadrics[removed as usize].evaluate(target) + lost;
         Some(CollapseTarget { kept, cost, shape })

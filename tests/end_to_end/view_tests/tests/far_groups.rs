@@ -111,8 +111,8 @@ fn far_yards_are_one_mesh_each_and_look_and_pick_as_their_breakers() {
     println!("{as_one:?}, by a quarter of a pixel {by_moving:?}; {shown} of {shown_in_full} shown");
     assert!(shown_in_full > 1000, "there is something to see");
     let apart = shown.abs_diff(shown_in_full);
-    assert!(apart * 12 < shown_in_full, "neither thinner nor thicker: {shown}, {shown_in_full}");
-    assert!(as_one.colours * 10 < by_moving.colours * 11);
+    assert!(apart * 16 < shown_in_full, "neither thinner nor thicker: {shown}, {shown_in_full}");
+    assert!(as_one.colours < by_moving.colours);
     assert!(as_one.pieces < by_moving.pieces);
     assert!(as_one.breakers < by_moving.breakers);
 

@@ -197,7 +197,7 @@ mod tests {
 
     /// A rack of bars of a metre, a centimetre wide, without collapses: none goes away by them.
     fn rack(bars: u32) -> Mesh {
-        let mut rack = RawPrimitive { material: Some(0), ..RawPrimitive::default() };
+        let mut rack = RawPrimitive { material: Some(1), ..RawPrimitive::default() };
         for bar in 0..bars {
             let first = rack.positions.len() as u32;
             let corner = |corner: u32| {
@@ -252,7 +252,7 @@ mod tests {
         };
         let mut models = vec![ProxyModel {
             stacks: vec![Arc::new(CollapseStacks::build(mesh, &none))],
-            materials: vec![material].into(),
+            materials: vec![Material::default(), material].into(),
         }];
         let mut built = Vec::new();
         let policies = InstancePolicies { of_models: vec![policy], of_placements: [].into() };
@@ -277,7 +277,9 @@ mod tests {
             (triangles, error) = (mesh.triangles.len(), proxy.error);
         }
         // With the colours of the model, seen from afar.
-        let material = &models[of_rack[0].model as usize].materials[0];
+        let of_proxy = &models[of_rack[0].model as usize];
+        assert_eq!(of_proxy.materials.len(), 1, "the mesh has no other");
+        let material = &of_proxy.materials[0];
         assert_eq!(
             (material.base_color[..3].to_vec(), &material.base_color_texture),
             (vec![0.5, 0.25, 1.0], &None)
