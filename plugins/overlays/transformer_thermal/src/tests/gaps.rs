@@ -191,7 +191,7 @@ fn clocks_at_their_ends_do_no_harm() {
 fn a_history_of_another_origin_says_nothing_of_live_values() {
     for origin in [Origin::SIMULATED, Origin::RECORDED, Origin::TEST | Origin::SIMULATED] {
         let mut bench = Bench::example();
-        let mut hour = |bench: &mut Bench, current: f64, origin| {
+        let hour = |bench: &mut Bench, current: f64, origin| {
             let mut drawing = Drawing::default();
             for _ in 0..60 {
                 bench.minute += 1;
