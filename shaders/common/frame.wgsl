@@ -121,7 +121,7 @@ fn tint_at(highlight: vec4<f32>, pixel: vec2<f32>) -> vec4<f32> {
     if pattern == 0.0 {
         return vec4<f32>(highlight.rgb, strength);
     }
-    let period = PATTERN_PERIOD * max(frame.sizes.y, 1.0);
+    let period = PATTERN_PERIOD * frame.sizes.y;
     let along = vec2<f32>(pixel.x + pixel.y, pixel.x - pixel.y) * 0.70710678 / period;
     let phase = abs(fract(along) - 0.5) * 2.0;
     // Stripes; stripes both ways, thinner; dots where both ways have one.

@@ -38,7 +38,7 @@ fn edge_coverage(at: f32, to: f32) -> f32 {
 
 // Reach of an outline whose light line has a width in points, pixels.
 fn reach_of(light: f32) -> i32 {
-    return min(i32(ceil((light + DARK) * max(frame.sizes.y, 1.0))), MAX_REACH);
+    return min(i32(ceil((light + DARK) * frame.sizes.y)), MAX_REACH);
 }
 
 // Flags of a tile.
@@ -77,7 +77,7 @@ fn edge_main(@builtin(position) at: vec4<f32>) -> @location(0) u32 {
 @fragment
 fn outline_main(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = vec2<i32>(at.xy);
-    let scale = max(frame.sizes.y, 1.0);
+    let scale = frame.sizes.y;
     let search_radius = i32(textureLoad(tiles, pixel / TILE, 0).r);
     // Empty far from all edges; a software rasterizer runs the loops of discarded fragments
     // too.

@@ -63,7 +63,7 @@ fn stroke_vertex(in: StrokeInput) -> StrokeVaryings {
     let way = to_pixel - from_pixel;
     let far = length(way);
     let along = select(vec2<f32>(1.0, 0.0), way / far, far > 1e-3);
-    let half_width = max(0.5 * in.from_width.w * max(frame.sizes.y, 1.0), 0.35);
+    let half_width = max(0.5 * in.from_width.w * frame.sizes.y, 0.35);
     let reach = half_width + FEATHER + 0.5;
     let offset = vec2<f32>(-along.y, along.x) * in.corner.y * reach;
     var clip = mix(from_clip, to_clip, in.corner.x);
@@ -74,7 +74,7 @@ fn stroke_vertex(in: StrokeInput) -> StrokeVaryings {
 
 // Whether a dash pattern is drawn at a distance along the line, pixels.
 fn is_marked(pattern: f32, along: f32) -> bool {
-    let scale = max(frame.sizes.y, 1.0);
+    let scale = frame.sizes.y;
     let dash = fract(along / (DASH * scale));
     if pattern == 1.0 {
         return dash < 0.64;

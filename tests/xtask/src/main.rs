@@ -15,6 +15,7 @@ mod demo;
 mod deny;
 mod faults;
 mod install;
+mod motion;
 mod packages;
 mod paper;
 mod pictures;
@@ -74,6 +75,8 @@ enum Command {
     BenchRender(bench_render::Arguments),
     /// Measure the processor time of a viewer with nothing to do.
     Rest(rest::Arguments),
+    /// Measure how a viewer's window answers: dragging, rest after it, keys.
+    Motion(motion::Arguments),
     /// Measure what the paper measured and judge what it says.
     Paper(paper::Arguments),
     /// Compare the calculations of plugins with independent ones.
@@ -112,6 +115,7 @@ fn run(command: Command) -> Result<()> {
         Command::Sites(arguments) => sites::run(&workspace, &arguments),
         Command::Faults(arguments) => faults::run(&workspace, &arguments),
         Command::Bench(arguments) => bench::run(&workspace, &arguments),
+        Command::Motion(arguments) => motion::run(&workspace, &arguments),
         Command::Paper(arguments) => paper::run(&workspace, &arguments),
         Command::References(arguments) => references::run(&workspace, &arguments),
         Command::Rest(arguments) => rest::run(&workspace, &arguments),

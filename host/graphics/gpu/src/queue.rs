@@ -136,6 +136,15 @@ impl GpuQueue {
         self.gpu.device().destroy_discarded()
     }
 
+    /// Frees unused objects if everything submitted is finished; does not wait. For times in which
+    /// no frame is drawn, which would free them.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn free_idle_memory(&mut self) -> Result<(), GpuError> {
+        self.gpu.device().destroy_idle()
+    }
+
     /// Makes the swapchain fit the window; gives its size, or `None` while
     /// there is nothing to draw into (no window, or a minimised one).
     ///

@@ -256,6 +256,51 @@ impl<'g> Recorder<'g> {
         Ok(())
     }
 
+    /// Copies the whole of an image of one sample to the whole of another one of the same kind and
+    /// format, scaled with linear interpolation.
+    ///
+    /// # Errors
+    /// When the images differ in kind or format.
+    pub fn scale_image(&mut self, source: &Image, target: &Image) -> Result<(), GpuError> {
+        let shape = |image: &Image| (image.kind(), image.format());
+        let is_picture = source.kind() == ImageKind::Target { samples: 1 };
+        if !is_picture || shape(source) != shape(target) {
+            return Err(GpuError::Misuse("scaling between images that differ"));
+        }
+        self.transition(source, ImageUse::CopySource);
+        self.transition(target, ImageUse::CopyTarget);
+        let layers = vk::ImageSubresourceLayers {
+            aspect_mask: source.format().aspect(),
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        };
+        let corners = |image: &Image| {
+            let [x, y] = image.size().map(|pixels| pixels as i32);
+            [vk::Offset3D::default(), vk::Offset3D { x, y, z: 1 }]
+        };
+        let region = [vk::ImageBlit::default()
+            .src_subresource(layers)
+            .src_offsets(corners(source))
+            .dst_subresource(layers)
+            .dst_offsets(corners(target))];
+        // SAFETY: the commands are being recorded, outside any pass; both images are in these
+        // layouts by the transitions above, which keep them alive; linear blits of these formats
+        // are always supported (Vulkan specification, "Required Format Support").
+        unsafe {
+            self.device().raw.cmd_blit_image(
+                self.commands(),
+                source.raw(),
+                ImageUse::CopySource.layout(),
+                target.raw(),
+                ImageUse::CopyTarget.layout(),
+                &region,
+                vk::Filter::LINEAR,
+            );
+        }
+        Ok(())
+    }
+
     pub(crate) fn copy_to_image(&self, source: vk::Buffer, image: &Image) {
         let region = [copy_region(image, ImageArea::whole(image))];
         // SAFETY: the commands are being recorded; the image is a copy target

@@ -36,7 +36,14 @@ pub struct Frame<'a> {
     pub polylines: Option<Polylines<'a>>,
     /// Panels over the picture.
     pub overlay: Option<EguiFrame<'a>>,
+    /// Share of the picture's width and height, [`MIN_SCENE_RESOLUTION`] to 1, at which the scene is
+    /// drawn; it is then scaled up to the picture, and panels are drawn over it at full resolution.
+    pub scene_resolution: f32,
 }
+
+/// Smallest [`Frame::scene_resolution`]. Below it the patterns of values that are not good could not
+/// be told apart.
+pub const MIN_SCENE_RESOLUTION: f32 = 0.5;
 
 impl<'a> Frame<'a> {
     /// Instances alone, before black, listed for this frame.
@@ -54,7 +61,27 @@ impl<'a> Frame<'a> {
             section: None,
             polylines: None,
             overlay: None,
+            scene_resolution: 1.0,
         }
+    }
+
+    /// Returns the share of the picture's width and height that the scene's image has.
+    fn scene_share(&self) -> f32 {
+        // What is no number counts as the smallest.
+        self.scene_resolution.max(MIN_SCENE_RESOLUTION).min(1.0)
+    }
+
+    /// Returns the size of the scene's image for a picture of `size` pixels.
+    pub(crate) fn scene_size(&self, size: [u32; 2]) -> [u32; 2] {
+        let scaled = |pixels: u32| (pixels as f32 * self.scene_share()).round() as u32;
+        size.map(|pixels| scaled(pixels).clamp(1, pixels.max(1)))
+    }
+
+    /// Returns the pixels of the scene's image in one point, in which lines and patterns are
+    /// measured. In a picture they are at least one pixel a point.
+    pub(crate) fn scene_pixels_per_point(&self) -> f32 {
+        let pixels_per_point = self.overlay.map_or(1.0, |overlay| overlay.pixels_per_point);
+        pixels_per_point.max(1.0) * self.scene_share()
     }
 }
 

@@ -70,7 +70,7 @@ pub use draw_instance::{
 };
 pub use draw_list::{DrawList, InstanceSource, MAX_DRAW_CHANGES};
 pub use error::RenderError;
-pub use frame::{Frame, FrameStats, OutlineKind, OutlinedObject, Picture};
+pub use frame::{Frame, FrameStats, MIN_SCENE_RESOLUTION, OutlineKind, OutlinedObject, Picture};
 pub use frame_buffers::{MAX_FEATURE_HIGHLIGHTS, MAX_INSTANCES};
 pub use ground::Ground;
 pub use index_cache::{MAX_CACHED_INDEX_BYTES, MAX_FRAME_INDEX_BYTES};

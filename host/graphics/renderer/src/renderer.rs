@@ -91,6 +91,8 @@ impl PictureSettings {
 pub struct Renderer {
     scene: SceneResources,
     targets: Option<SceneTargets>,
+    /// Targets of a scene at reduced resolution, where one was drawn last.
+    reduced_targets: Option<SceneTargets>,
     layer: SceneLayer,
     /// True while the targets hold the last frame, panels included.
     is_picture_whole: bool,
@@ -183,6 +185,7 @@ impl Renderer {
         Ok(Self {
             scene,
             targets: None,
+            reduced_targets: None,
             layer: SceneLayer::default(),
             is_picture_whole: false,
             is_shown: false,
@@ -215,7 +218,7 @@ impl Renderer {
     pub fn renew(&mut self) -> Result<(), RenderError> {
         // A window has one surface at a time; models need not be there twice.
         self.queue.release_window();
-        self.targets = None;
+        (self.targets, self.reduced_targets) = (None, None);
         self.scene.clear();
         let mut next = Self::open_with(self.setup.clone(), self.size)?;
         next.panels.inherit(&self.panels);
@@ -230,6 +233,7 @@ impl Renderer {
     /// When the device is lost or hangs.
     pub fn free_memory(&mut self) -> Result<(), RenderError> {
         self.layer = SceneLayer::default();
+        self.reduced_targets = None;
         self.scene.cache.drop_all();
         self.scene.morpher.drop_all();
         self.scene.density = None;
@@ -454,6 +458,7 @@ impl Renderer {
             Some(targets) if targets.size() == size => targets,
             _ => {
                 self.layer.forget();
+                self.reduced_targets = None;
                 let gpu = self.queue.gpu();
                 SceneTargets::new(gpu, gpu.picture_format(), self.scene.samples, size)?
             }
@@ -480,7 +485,15 @@ impl Renderer {
         } else {
             damage = Some(whole(size));
             self.scene.cache.begin_frame();
-            (stats, first_pass) = self.scene.record(&mut recorder, targets, frame)?;
+            let scene_size = frame.scene_size(size);
+            if scene_size == size {
+                (stats, first_pass) = self.scene.record(&mut recorder, targets, frame)?;
+            } else {
+                let (slot, gpu) = (&mut self.reduced_targets, recorder.gpu());
+                let reduced = SceneTargets::fitting(slot, gpu, self.scene.samples, scene_size)?;
+                (stats, first_pass) = self.scene.record(&mut recorder, reduced, frame)?;
+                recorder.scale_image(&reduced.picture, &targets.picture)?;
+            }
             self.layer.note_drawn(&mut recorder, frame, &targets.picture, stats)?;
         }
         match (frame.overlay, damage.take()) {
@@ -518,6 +531,15 @@ impl Renderer {
     /// Reports whether all frames are finished; does not wait. False on a lost device.
     pub fn has_finished(&self) -> bool {
         self.queue.is_idle().unwrap_or(false)
+    }
+
+    /// Frees device memory of what was removed since the last frame; does not wait. For times in
+    /// which no frame is drawn.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn free_idle_memory(&mut self) -> Result<(), RenderError> {
+        Ok(self.queue.free_idle_memory()?)
     }
 
     /// Waits until all frames are finished, so that their time can be measured.

@@ -175,6 +175,7 @@ impl Resolver {
         let mut seen = HashSet::new();
         let wanted: Vec<_> = wanted.filter(|(request, _)| seen.insert(*request)).collect();
         self.cancel_where(|request| !seen.contains(request));
+        self.drop_cancelled_results();
         for (request, source) in wanted {
             if !self.pending.contains_key(&request) && !self.enqueue(request, source) {
                 break;
@@ -211,19 +212,23 @@ impl Resolver {
 
     /// Takes the next result of at most `max_bytes`; its request is then done.
     pub(crate) fn take_finished(&mut self, max_bytes: u64) -> Option<FinishedRequest> {
-        self.finished.extend(self.receiver.try_iter());
-        // A dropped request may have been finished all the same.
-        while let Some((ticket, (request, resolved))) = self.finished.front() {
-            if self.pending.get(request).is_some_and(|pending| pending.ticket == *ticket) {
-                if resolved.bytes() > max_bytes {
-                    return None;
-                }
-                self.cancel(*request);
-                return self.finished.pop_front().map(|(_, answer)| answer);
-            }
-            self.finished.pop_front();
+        self.drop_cancelled_results();
+        let (_, (request, resolved)) = self.finished.front()?;
+        if resolved.bytes() > max_bytes {
+            return None;
         }
-        None
+        self.cancel(*request);
+        self.finished.pop_front().map(|(_, answer)| answer)
+    }
+
+    /// Drops results of cancelled requests: those may be finished all the same. A view at rest
+    /// takes no results, and must not keep them.
+    fn drop_cancelled_results(&mut self) {
+        let Self { pending, finished, receiver, .. } = self;
+        finished.extend(receiver.try_iter());
+        finished.retain(|(ticket, (request, _))| {
+            pending.get(request).is_some_and(|pending| pending.ticket == *ticket)
+        });
     }
 
     /// Requests that are not done.
@@ -319,6 +324,20 @@ mod tests {
         let Resolved::MorphTarget(standing) = resolved else { panic!("standing vertices") };
         assert_eq!((request, standing), (morph(50), stacks.representative_wedges(50)));
         assert_eq!((resolver.pending_count(), resolver.pending_bytes), (0, 0));
+    }
+
+    #[test]
+    fn a_cancelled_result_goes_without_a_frame_that_takes_results() {
+        let (mut resolver, stacks) = (Resolver::new().unwrap(), stacks(1000));
+        resolver.request([(mesh(7), whole(&stacks))].into_iter());
+        let start = Instant::now();
+        // It has arrived, and no frame takes it.
+        while resolver.finished.is_empty() && start.elapsed() < Duration::from_secs(10) {
+            resolver.request([(mesh(7), whole(&stacks))].into_iter());
+        }
+        assert_eq!(resolver.finished.len(), 1);
+        resolver.request(std::iter::empty());
+        assert!(resolver.finished.is_empty());
     }
 
     #[test]

@@ -32,6 +32,8 @@ struct ContentParts {
     /// Revision of lines and faces; none without any.
     polylines: Option<u64>,
     pixels_per_point: f32,
+    /// Size of the scene's image, which is scaled to the picture.
+    scene_size: [u32; 2],
 }
 
 impl ContentParts {
@@ -50,6 +52,7 @@ impl ContentParts {
             section: frame.section,
             polylines: frame.polylines.map(|lines| lines.revision),
             pixels_per_point: frame.overlay.map_or(1.0, |overlay| overlay.pixels_per_point),
+            scene_size: frame.scene_size(size),
         })
     }
 }
@@ -84,6 +87,7 @@ impl SceneLayer {
         let is_same = [
             ("size", (before.size, before.pixels_per_point) == (size, parts.pixels_per_point)),
             ("camera", before.camera == parts.camera),
+            ("resolution", before.scene_size == parts.scene_size),
             ("instances", before.instances == parts.instances),
             ("highlights", content.object_highlights == frame.object_highlights),
             ("lines", before.polylines == parts.polylines && content.planes == planes),

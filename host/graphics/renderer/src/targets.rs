@@ -57,6 +57,20 @@ impl SceneTargets {
         })
     }
 
+    /// Returns the targets of a slot, made anew unless they have this size, pixels.
+    pub(crate) fn fitting<'a>(
+        slot: &'a mut Option<Self>,
+        gpu: &Gpu,
+        samples: u32,
+        size: [u32; 2],
+    ) -> Result<&'a mut Self, GpuError> {
+        let targets = match slot.take() {
+            Some(targets) if targets.size() == size => targets,
+            _ => Self::new(gpu, gpu.picture_format(), samples, size)?,
+        };
+        Ok(slot.insert(targets))
+    }
+
     /// Makes [`SceneTargets::depth`] if it is missing; `layout` is that of a single texture.
     pub(crate) fn ensure_depth(
         &mut self,

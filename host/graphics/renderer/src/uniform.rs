@@ -29,7 +29,6 @@ pub(crate) fn frame_uniform(
     let level = |height: f32| DVec3::Y.extend(-f64::from(height));
     let everywhere = DMat4::from_cols(DVec4::ZERO, DVec4::ZERO, DVec4::ZERO, DVec4::ONE);
     let shadow_from_world = sun.map(|sun| sun.shadow_from_world());
-    let pixels_per_point = frame.overlay.map_or(1.0, |overlay| overlay.pixels_per_point);
     FrameUniform {
         clip_from_world: frame.camera.clip_from_world().to_cols_array_2d(),
         ray_corner,
@@ -48,7 +47,7 @@ pub(crate) fn frame_uniform(
         shadow_from_texels: sun
             .map_or(Mat4::ZERO, |sun| sun.shadow_from_texels())
             .to_cols_array_2d(),
-        sizes: [MAP_TEXELS as f32, pixels_per_point, size[0], size[1]],
+        sizes: [MAP_TEXELS as f32, frame.scene_pixels_per_point(), size[0], size[1]],
     }
 }
 

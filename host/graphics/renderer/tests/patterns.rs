@@ -1,8 +1,11 @@
-//! Patterns of tints: told apart without colour, and as legible far away as near.
+//! Patterns of tints: told apart without colour, as legible far away as near, and while the scene
+//! is drawn at reduced resolution.
 
 mod common;
 
-use busbar_renderer::{DrawInstance, PATTERNS, Picture, highlight_with_pattern};
+use busbar_renderer::{
+    DrawInstance, Frame, MIN_SCENE_RESOLUTION, PATTERNS, Picture, Renderer, highlight_with_pattern,
+};
 use busbar_scene::Material;
 use common::*;
 use glam::{Mat4, Vec3};
@@ -34,25 +37,31 @@ fn every_pair_of_patterns_is_told_apart_in_grey_near_and_far() {
     with_each_quality(4, |renderer| {
         let model =
             quad(renderer, Material { base_color: [0.6, 0.6, 0.6, 1.0], ..Default::default() });
-        for scale in [1.0, 0.5] {
+        for (scale, scene_resolution) in [(1.0, 1.0), (0.5, 1.0), (1.0, MIN_SCENE_RESOLUTION)] {
             let world_from_mesh = Mat4::from_scale(Vec3::splat(scale));
             let with =
                 |highlight| DrawInstance { highlight, ..instance(model, world_from_mesh, 1) };
-            let background = picture(renderer, &frame(&[]));
-            let bare = picture(renderer, &frame(&[with([0.0; 4])]));
+            let shown = |renderer: &mut Renderer, instances: &[DrawInstance]| {
+                picture(renderer, &Frame { scene_resolution, ..frame(instances) })
+            };
+            let background = shown(renderer, &[]);
+            let bare = shown(renderer, &[with([0.0; 4])]);
             let pixels = bare.rgba8.chunks_exact(4).zip(background.rgba8.chunks_exact(4));
             let shape: Vec<bool> = pixels.map(|(a, b)| a != b).collect();
             // One colour for all: that it differs must not be what tells them apart.
             let color = [0.05, 0.05, 0.05];
             let pictures: Vec<Picture> = (0..PATTERNS)
                 .map(|pattern| highlight_with_pattern(color, STRENGTH, pattern))
-                .map(|highlight| picture(renderer, &frame(&[with(highlight)])))
+                .map(|highlight| shown(renderer, &[with(highlight)]))
                 .chain([bare])
                 .collect();
             for a in 0..pictures.len() {
                 for b in a + 1..pictures.len() {
                     let share = differing(&pictures[a], &pictures[b], &shape);
-                    assert!(share > MIN_SHARE, "{a} and {b} at {scale}: {share}");
+                    assert!(
+                        share > MIN_SHARE,
+                        "{a} and {b} at {scale}, {scene_resolution}: {share}"
+                    );
                 }
             }
         }

@@ -23,6 +23,7 @@ mod hidden_labels;
 mod host_program;
 mod interaction;
 mod measurement_chain;
+mod motion_resolution;
 mod object_numbers;
 mod panel_frame;
 mod panel_rows;

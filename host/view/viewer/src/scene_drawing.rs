@@ -9,6 +9,7 @@ use egui::ClippedPrimitive;
 
 use crate::detail_control::DetailControl;
 use crate::environment::{self, Environment};
+use crate::motion_resolution::MotionResolution;
 use crate::scene_draw_list::SceneDrawList;
 use crate::view_target::ViewTarget;
 use busbar_camera::Camera;
@@ -25,6 +26,7 @@ const DARK_BACKGROUND: f32 = 0.045;
 pub(crate) struct SceneDrawing {
     draw_list: SceneDrawList,
     environment: Environment,
+    motion: MotionResolution,
     pub(crate) wireframe: bool,
     /// Plane that cuts the scene open.
     pub(crate) section: Option<SectionPlane>,
@@ -44,6 +46,7 @@ impl SceneDrawing {
         Self {
             draw_list: SceneDrawList::default(),
             environment: Environment::new(view, scene.graph.bounds()),
+            motion: MotionResolution::new(None),
             wireframe: false,
             section: view
                 .section
@@ -75,6 +78,30 @@ impl SceneDrawing {
         if !same_graph {
             (self.last_view, self.camera_rests) = (None, false);
         }
+    }
+
+    /// Chooses the resolution of the scene in a frame at a time in seconds, with a picture of `size`
+    /// pixels, so that frames take `target_millis` while the camera moves; without a target it is
+    /// full.
+    pub(crate) fn choose_resolution(
+        &mut self,
+        view: &CameraView,
+        (seconds, size): (f64, [u32; 2]),
+        target_millis: Option<f64>,
+    ) {
+        self.motion.set_target(target_millis);
+        let has_moved = self.last_view.is_some_and(|last| last != *view);
+        self.motion.advance(seconds, size, has_moved);
+    }
+
+    /// Returns the seconds until the scene is to be drawn at full resolution; none where it was.
+    pub(crate) fn full_resolution_in(&self) -> Option<f64> {
+        self.motion.full_in()
+    }
+
+    /// Reports whether the resolution can still be lowered or raised before detail is.
+    pub(crate) fn can_change_resolution(&self) -> bool {
+        self.motion.can_still_change()
     }
 
     /// Returns the camera view of the present frame.
@@ -119,7 +146,13 @@ impl SceneDrawing {
         overlay: Option<EguiFrame<'a>>,
     ) -> Frame<'a> {
         let instances = self.draw_list();
-        Frame { object_highlights, overlay, ..self.pick_frame(camera, background, instances) }
+        let scene_resolution = self.motion.resolution();
+        Frame {
+            object_highlights,
+            overlay,
+            scene_resolution,
+            ..self.pick_frame(camera, background, instances)
+        }
     }
 
     /// Returns a frame of a draw list without colours and panels, for picks.
@@ -142,11 +175,13 @@ impl SceneDrawing {
             section: self.section,
             polylines: None,
             overlay: None,
+            scene_resolution: 1.0,
         }
     }
 
     /// Notes a frame that was drawn.
     pub(crate) fn note_frame(&mut self, view: CameraView, mut drawn: FrameStats) {
+        self.motion.note_frame(&drawn);
         if drawn.is_scene_kept {
             // The scene is that of an earlier frame, and so is what it took.
             drawn.occlusion_millis = self.last_frame.occlusion_millis;

@@ -55,6 +55,12 @@ impl ViewTarget {
         input
     }
 
+    /// Returns the size of the whole picture, pixels.
+    pub(crate) fn size_pixels(&self) -> [u32; 2] {
+        let size = self.screen.size() * self.pixels_per_point;
+        [size.x, size.y].map(|pixels| pixels.round() as u32)
+    }
+
     /// Returns the pixel at a position in points.
     pub(crate) fn pixel(&self, at: Pos2) -> [u32; 2] {
         [at.x, at.y].map(|points| (points * self.pixels_per_point) as u32)

@@ -99,6 +99,7 @@ impl Viewer {
         self.update_graphics(&shown, &mut stages);
         self.statistics.stages = stages;
         self.update_detail(seconds);
+        self.choose_resolution(seconds);
         let outcome = self.draw(&mut panels, started)?;
         let is_drawn = matches!(outcome, DrawOutcome::Drawn(_));
         let is_current = is_drawn || matches!(outcome, DrawOutcome::Unchanged);

@@ -24,6 +24,10 @@ use busbar_scene_loader::millis_since;
 use busbar_scene_overlays::OverlayFrame;
 use busbar_scene_overlays::{LinesByNode, OverlayCamera};
 
+/// Shortest frame time that is aimed at while the camera moves, where the processor draws,
+/// milliseconds: 30 frames a second.
+const SOFTWARE_FRAME_MILLIS: f64 = 1_000.0 / 30.0;
+
 /// Outcome of drawing a frame.
 pub(super) enum DrawOutcome {
     /// Picture that was drawn.
@@ -75,6 +79,10 @@ impl Viewer {
         let (graph, cameras) = (&*scene.graph, &scene.config.cameras);
         let context = NavigationContext { graph, cameras, viewport: target.viewport, selection };
         navigator.steer(&std::mem::take(&mut host.camera_commands), &context);
+        if let Err(error) = self.renderer.get_mut().free_idle_memory() {
+            // The next frame that is seen replaces the device.
+            tracing::debug!(%error, "memory of a view that nobody sees stays");
+        }
         self.step_picks()?;
         let trouble = self.renderer.recovery().frozen_message();
         let (is_drawn, is_current) = (false, false);
@@ -207,6 +215,18 @@ impl Viewer {
         drawing.update_draw_list(scene, detail, overlays.highlights());
     }
 
+    /// Chooses the resolution of the scene, which is full in a view that settles. `seconds` is the
+    /// time of the frame.
+    pub(super) fn choose_resolution(&mut self, seconds: f64) {
+        let target = self.scene.config.view.target_frame_millis.filter(|_| !self.target.settles);
+        let target = match self.renderer.get().uses_software_rasterizer() {
+            true => target.map(|target| target.max(SOFTWARE_FRAME_MILLIS)),
+            false => target,
+        };
+        let view = self.view();
+        self.drawing.choose_resolution(&view, (seconds, self.target.size_pixels()), target);
+    }
+
     /// Draws scene and panels, unless the last picture shows the same.
     pub(super) fn draw(
         &mut self,
@@ -223,6 +243,7 @@ impl Viewer {
             let (outlined, polylines) = (overlays.outlined(), overlays.polylines());
             let frame = Frame { outlined, polylines, ..frame };
             if !target.settles && renderer.shows(&frame) {
+                renderer.free_idle_memory()?;
                 return Ok(DrawOutcome::Unchanged);
             }
             if !*is_seen {
@@ -248,8 +269,8 @@ impl Viewer {
     /// Notes a frame that was drawn, for the next frame and for picks.
     pub(super) fn note_drawn(&mut self, DrawnFrame { view, stats, prepared_millis }: DrawnFrame) {
         self.statistics.cpu_millis = prepared_millis + stats.cpu_millis;
-        self.detail.note_frame(self.renderer.get(), &stats);
         self.drawing.note_frame(view, stats);
+        self.detail.note_frame(self.renderer.get(), &stats, !self.drawing.can_change_resolution());
     }
 
     /// Notes a frame whose picture is the last one.
@@ -293,7 +314,11 @@ impl Viewer {
             || self.overlays.needs_frames()
             || self.interaction.picks.is_busy()
             || self.navigator.is_moving();
-        let repaint_after = if needs_frames { Duration::ZERO } else { self.panels.repaint_after() };
+        let full_in = self.drawing.full_resolution_in().map(Duration::from_secs_f64);
+        let repaint_after = match needs_frames {
+            true => Duration::ZERO,
+            false => self.panels.repaint_after().min(full_in.unwrap_or(Duration::MAX)),
+        };
         let trouble = self.renderer.recovery().frozen_message();
         let (is_drawn, is_current) = (false, false);
         FrameOutput { platform, repaint_after, is_drawn, is_current, trouble }

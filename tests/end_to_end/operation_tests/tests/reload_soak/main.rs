@@ -189,6 +189,9 @@ fn the_scene_outlives_whatever_is_written() {
         // What was replaced ends beside the frames.
         let until = Instant::now() + MAX_WAIT;
         loop {
+            // A rasterizer keeps the memory of its last picture, of whatever configuration, until
+            // it draws the next one.
+            view.viewer.forget_picture();
             view.frame();
             let now = Holdings::now();
             if number <= BETWEEN_LOOKS * WARM || now.is_bounded_by(bound, number) {
