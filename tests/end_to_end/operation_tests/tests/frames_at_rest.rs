@@ -107,6 +107,21 @@ impl View {
         count
     }
 
+    /// Drags the scene for some frames, and lets it go.
+    fn drag(&mut self, frames: u16) {
+        let button = |pressed| Event::PointerButton {
+            pos: pos2(500.0, 250.0),
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        };
+        self.frame([moved(500.0, 250.0), vec![button(true)]].concat());
+        for frame in 0..frames {
+            self.frame(moved(500.0 + 9.0 * f32::from(frame), 250.0));
+        }
+        self.frame(vec![button(false)]);
+    }
+
     fn picture(&mut self) -> Picture {
         self.viewer.read_picture().expect("a frame was drawn")
     }
@@ -174,6 +189,7 @@ fn causes() -> Vec<(&'static str, Act)> {
                 [moved(640.0, 200.0), vec![wheel]].concat()
             }),
         ),
+        ("drag", call(|view| view.drag(20))),
         ("hover", input(|| moved(655.0, 270.0))),
         ("selection", call(|view| assert!(view.viewer.select_equipment(TRANSFORMER)))),
         ("deselection", input(|| key(Key::Escape, Modifiers::NONE))),
@@ -247,6 +263,18 @@ fn nothing_is_drawn_at_rest_nor_for_what_nobody_sees() {
     let input = view.viewer.headless_input(view.started.elapsed().as_secs_f64());
     let frame = view.viewer.frame(input).expect("a frame is drawn");
     assert!(frame.is_current && !frame.is_drawn);
+}
+
+/// At this size a rasterizer of two cores takes longer than a frame may while the camera moves.
+#[test]
+fn a_scene_that_was_dragged_is_whole_soon_after() {
+    let mut view = View::open(Duration::from_secs(600), false);
+    view.viewer.resize_offscreen([1920, 1080]);
+    view.rest();
+    for _ in 0..3 {
+        view.drag(15);
+        view.check_picture("dragged");
+    }
 }
 
 #[test]

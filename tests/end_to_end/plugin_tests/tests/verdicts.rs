@@ -1,48 +1,29 @@
 //! Verdicts of an overlay through the whole program: given in every frame, also while the
 //! overlay is hidden, taken back with a bad value, remembered, and demanded by `busbar check`.
 
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use busbar_scene_loader::LoadedScene;
-use busbar_viewer::{RendererOptions, Viewer};
+use busbar_types::{Quality, Reason};
+use busbar_viewer::{HostTagValue, RendererOptions, Viewer};
 use e2e::{Scene, busbar, finish, wait_for};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [480, 270];
 const TRANSFORMER: &str = "=S12D1T1-TA1";
 const BREAKER: &str = "=S12D1Q1-QA1-L1";
-/// Longest time until a step of the script is seen.
+/// Longest time until the verdict on a value is seen.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Returns a scene of an oil temperature at the transformer: far above its alarm, then bad, then
-/// cool.
+/// Returns a scene of an oil temperature at the transformer, which the test sets.
 fn scene() -> Scene {
     let mut scene = Scene::demo(1);
     scene.add_plugin("condition");
-    scene.add_plugin("sample_generator");
-    let start = SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970");
-    let sample = |at_millis: u64, value: Value, quality: &str| {
-        json!({ "at_millis": at_millis, "samples": [
-            { "tag": "Oil", "value": value, "quality": quality, "age_millis": null },
-        ]})
-    };
-    let script = json!({
-        "start_unix_millis": start.as_millis() as u64 + 1000,
-        "sent": "sent", "first": "first",
-        "batches": [
-            sample(0, json!(368.15), "good"),
-            sample(3000, json!(368.15), "bad"),
-            sample(6000, json!(333.15), "good"),
-        ],
-    });
-    std::fs::write(scene.path("script.json"), script.to_string()).expect("it can be written");
     let quantity = json!({
         "name": "Oil", "role": "oil", "unit": "°C", "attention": 80.0, "alarm": 90.0,
     });
     let config = &mut scene.config;
     config["plugins"] = json!({
-        "script": { "plugin": "sample_generator",
-            "settings": { "script": "${folder}/script.json" } },
         "monitored": { "plugin": "condition", "settings": {
             "quantities": [quantity], "equipment": [TRANSFORMER],
         }},
@@ -51,7 +32,7 @@ fn scene() -> Scene {
     config["tags"] = json!({ "Oil": {
         // Kelvins: the overlay converts them.
         "type": "f64", "unit": "K", "freshness_seconds": 60,
-        "source": { "instance": "script", "address": {} },
+        "set_by_host": true,
     }});
     config["bindings"] = json!([{ "tag": "Oil", "node": TRANSFORMER, "role": "oil" }]);
     config["overlays"] = json!(["monitored"]);
@@ -70,6 +51,10 @@ fn a_verdict_is_given_taken_back_and_remembered_also_while_hidden() {
     let loaded = LoadedScene::load(&scene.write(), &|_, _, _| {}).unwrap_or_else(|e| panic!("{e}"));
     let options = RendererOptions { samples: 1, ..Default::default() };
     let mut viewer = Viewer::new_offscreen(loaded, options, SIZE).expect("there is a device");
+    let set = |viewer: &mut Viewer, kelvins: f64, quality: Quality| {
+        let value = HostTagValue { quality, ..HostTagValue::from_number(kelvins) };
+        viewer.set_tag("Oil", &value).expect("the tag is the host's");
+    };
     let started = Instant::now();
     let wait_until = |viewer: &mut Viewer, verdict: &str, was_abnormal: bool| {
         wait_for(verdict, PATIENCE, || {
@@ -82,11 +67,15 @@ fn a_verdict_is_given_taken_back_and_remembered_also_while_hidden() {
             (own.verdict == verdict && own.was_abnormal == was_abnormal).then_some(own.reason)
         })
     };
+    // Far above its alarm, then bad, then cool.
+    set(&mut viewer, 368.15, Quality::Good);
     let reason = wait_until(&mut viewer, "abnormal", false);
     assert!(reason.contains("95"), "in the unit of the thresholds: {reason}");
     assert!(viewer.set_layer_shown("monitored", false), "there is such a layer");
+    set(&mut viewer, 368.15, Quality::Bad(Reason::Sensor));
     let reason = wait_until(&mut viewer, "unknown", true);
     assert!(reason.contains("Oil") && reason.contains("abnormal when last known"), "{reason}");
+    set(&mut viewer, 333.15, Quality::Good);
     wait_until(&mut viewer, "normal", false);
 }
 
