@@ -67,8 +67,10 @@ impl<'a> Frame<'a> {
 
     /// Returns the share of the picture's width and height that the scene's image has.
     fn scene_share(&self) -> f32 {
-        // What is no number counts as the smallest.
-        self.scene_resolution.max(MIN_SCENE_RESOLUTION).min(1.0)
+        match self.scene_resolution {
+            share if share.is_nan() => MIN_SCENE_RESOLUTION,
+            share => share.clamp(MIN_SCENE_RESOLUTION, 1.0),
+        }
     }
 
     /// Returns the size of the scene's image for a picture of `size` pixels.

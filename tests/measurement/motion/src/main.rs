@@ -10,7 +10,7 @@ use std::net::SocketAddr;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use serde::Serialize;
 
@@ -28,23 +28,23 @@ const DRAG_TIME: Duration = Duration::from_millis(700);
 const OBSERVATION: Duration = Duration::from_millis(1_500);
 /// Share of pixels that may differ from the last picture: values go on changing.
 const WHOLE_SHARE: f64 = 0.002;
-/// Keys that open panels, as X names them by their letters.
-const KEYS: [char; 2] = ['p', 'f'];
+/// Letters of the keys that open panels, with Ctrl.
+const KEYS: [char; 2] = ['p', 't'];
 /// Longest time from a key to its panel.
 const MAX_REACTION: Duration = Duration::from_secs(5);
 /// Time between keys, milliseconds.
 const KEY_PAUSE_MILLIS: std::ops::Range<u64> = 120..450;
 
-/// Command-line options.
+/// Command-line options of the measurement.
 #[derive(Parser)]
 struct Arguments {
     /// Address of the viewer's metrics.
     #[arg(long)]
     metrics: SocketAddr,
-    /// Seconds of dragging.
+    /// Seconds for which the scene is dragged.
     #[arg(long, default_value_t = 10)]
     seconds: u64,
-    /// Number of keys.
+    /// Number of keys that are pressed.
     #[arg(long, default_value_t = 100)]
     keys: usize,
     /// Width and height of the window, pixels.
@@ -167,7 +167,7 @@ fn time_to_whole_picture(window: &ViewerWindow) -> Result<Duration> {
 /// Returns times from a key to the panel that it opens.
 fn reactions(window: &ViewerWindow, count: usize) -> Result<Vec<Duration>> {
     let show = |key: char| -> Result<()> {
-        window.press_key(key)?;
+        window.press_with_control(key)?;
         thread::sleep(OBSERVATION);
         Ok(())
     };
@@ -187,14 +187,15 @@ fn reactions(window: &ViewerWindow, count: usize) -> Result<Vec<Duration>> {
         let shown = number % KEYS.len();
         thread::sleep(Duration::from_millis(fastrand::u64(KEY_PAUSE_MILLIS)));
         let pressed = Instant::now();
-        window.press_key(KEYS[shown])?;
+        window.press_with_control(KEYS[shown])?;
         loop {
             let pixels = window.pixels(area)?;
             let [to_shown, to_other] =
                 [shown, 1 - shown].map(|look| window::different_share(&pixels, &looks[look]));
-            if to_shown < to_other || pressed.elapsed() > MAX_REACTION {
+            if to_shown < to_other {
                 break;
             }
+            ensure!(pressed.elapsed() < MAX_REACTION, "the key {} shows nothing", KEYS[shown]);
             thread::sleep(Duration::from_millis(1));
         }
         times.push(pressed.elapsed());

@@ -15,6 +15,8 @@ const MAX_TITLE_WORDS: u32 = 64;
 const KEY_PRESS: u8 = 2;
 const BUTTON_PRESS: u8 = 4;
 const MOTION: u8 = 6;
+/// Symbol of the left Ctrl key (X11 keysym definitions, `XK_Control_L`).
+const CONTROL_SYMBOL: u32 = 0xffe3;
 /// Bytes of a pixel.
 const PIXEL_BYTES: usize = 4;
 /// Difference of a channel from which pixels differ.
@@ -75,7 +77,7 @@ impl ViewerWindow {
         Area { at: [0; 2], size: self.size() }
     }
 
-    /// Moves the pointer.
+    /// Moves the pointer on the screen.
     pub(crate) fn point_at(&self, [x, y]: [i16; 2]) -> Result<()> {
         self.send(MOTION, 0, [x, y])
     }
@@ -85,18 +87,27 @@ impl ViewerWindow {
         self.send(if is_pressed { BUTTON_PRESS } else { BUTTON_PRESS + 1 }, 1, [0; 2])
     }
 
-    /// Presses and releases the key of a letter.
-    pub(crate) fn press_key(&self, letter: char) -> Result<()> {
+    /// Presses and releases the key of a letter together with Ctrl.
+    pub(crate) fn press_with_control(&self, letter: char) -> Result<()> {
+        let [control, key] = [CONTROL_SYMBOL, letter as u32].map(|symbol| self.key_of(symbol));
+        let (control, key) = (control?, key?);
+        for (kind, key) in
+            [(KEY_PRESS, control), (KEY_PRESS, key), (KEY_PRESS + 1, key), (KEY_PRESS + 1, control)]
+        {
+            self.send(kind, key, [0; 2])?;
+        }
+        Ok(())
+    }
+
+    /// Returns the code of the key that has a symbol.
+    fn key_of(&self, symbol: u32) -> Result<u8> {
         let setup = self.connection.setup();
         let (first, last) = (setup.min_keycode, setup.max_keycode);
         let mapping = self.connection.get_keyboard_mapping(first, last - first + 1)?.reply()?;
         let per_key = usize::from(mapping.keysyms_per_keycode).max(1);
-        let symbol = letter as u32;
         let index = mapping.keysyms.chunks(per_key).position(|of_key| of_key.contains(&symbol));
-        let index = index.with_context(|| format!("no key has the letter {letter}"))?;
-        let key = first + u8::try_from(index)?;
-        self.send(KEY_PRESS, key, [0; 2])?;
-        self.send(KEY_PRESS + 1, key, [0; 2])
+        let index = index.with_context(|| format!("no key has the symbol {symbol:#x}"))?;
+        Ok(first + u8::try_from(index)?)
     }
 
     fn send(&self, kind: u8, detail: u8, [x, y]: [i16; 2]) -> Result<()> {

@@ -299,6 +299,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("document", &[]),
     ("measure", &["busbar_geometry"]),
+    // It sees a viewer's window alone.
+    ("motion", &[]),
     (
         "paper",
         &[
