@@ -6,6 +6,9 @@ use crate::{CollapseStacks, NEVER_REMOVED, theta_to_cursor};
 
 /// Intervals of theta between which the cursors of a mesh are interpolated.
 const INTERVALS: usize = 256;
+/// Bisections for the share of the way between two cursors; a mesh has fewer vertices than that
+/// tells apart.
+const SHARE_STEPS: usize = 32;
 
 /// Cursors of a mesh at evenly spaced thetas of its model, from 0 to 1.
 pub(crate) type SharedCursors = Box<[u32]>;
@@ -97,14 +100,27 @@ fn cursors_for(meshes: &[SharedMesh<'_>], wanted: u64) -> Vec<u32> {
     interpolate(&most, &all, wanted.min(sum(&all)))
 }
 
-/// Cursors between two for each mesh, whose sum is `wanted` but for rounding.
+/// Cursors between two for each mesh, whose sum is as near to `wanted` as one share of the way for
+/// all of them allows: equal meshes go together.
 fn interpolate(least: &[u32], most: &[u32], wanted: u64) -> Vec<u32> {
-    let sum = |cursors: &[u32]| cursors.iter().map(|&cursor| f64::from(cursor)).sum::<f64>();
-    let (low, high) = (sum(least), sum(most));
-    let share =
-        if high > low { ((wanted as f64 - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 };
-    let between = |(&a, &b): (&u32, &u32)| a + (share * f64::from(b - a)).round() as u32;
-    least.iter().zip(most).map(between).collect()
+    let at = |share: f64| -> Vec<u32> {
+        let between = |(&a, &b): (&u32, &u32)| a + (share * f64::from(b - a)).round() as u32;
+        least.iter().zip(most).map(between).collect()
+    };
+    let sum = |cursors: &[u32]| cursors.iter().map(|&cursor| u64::from(cursor)).sum::<u64>();
+    let (mut below, mut above) = (0.0, 1.0);
+    for _ in 0..SHARE_STEPS {
+        let middle = f64::midpoint(below, above);
+        match sum(&at(middle)) >= wanted {
+            true => above = middle,
+            false => below = middle,
+        }
+    }
+    let [fewer, more] = [at(below), at(above)];
+    match sum(&more).abs_diff(wanted) <= sum(&fewer).abs_diff(wanted) {
+        true => more,
+        false => fewer,
+    }
 }
 
 /// Cursor of a mesh for a theta of its model, or of its own where it shares none.
