@@ -33,6 +33,7 @@ mod steps;
 mod summary;
 mod test;
 mod traffic;
+mod viewer;
 mod workspace;
 mod x_server;
 

@@ -1,5 +1,6 @@
 //! `motion`: frames while dragging, time to a whole picture, time from a key to its panel.
 
+use std::ffi::OsStr;
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::process::Command;
@@ -7,13 +8,14 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
-use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::packages::{self, Purpose};
 use crate::process::{self, Process};
 use crate::simulator;
 use crate::stage;
 use crate::station::Station;
+use crate::viewer;
 use crate::workspace::{Profile, Workspace};
 use crate::x_server::XServer;
 
@@ -23,8 +25,6 @@ const FOLDER: &str = "target/motion";
 const SCREEN: &str = "1600x900";
 /// Time from a viewer's start to the measurement: detail has settled and values have come.
 const SETTLE_TIME: Duration = Duration::from_secs(10);
-/// Longest time from the start of a viewer to its first picture.
-const MAX_START: Duration = Duration::from_secs(120);
 const DEMO: &str = "config/demo.json";
 /// Program that drags, presses keys and measures, of a package of the same name.
 const PROGRAM: &str = "motion";
@@ -69,34 +69,18 @@ impl Scene {
     }
 }
 
-/// Figures of a window, as the measuring program prints them.
-#[derive(Deserialize, Serialize)]
-struct WindowFigures {
-    dragging_frames_per_second: f64,
-    whole_picture_millis: Percentiles,
-    key_to_panel_millis: Percentiles,
-}
-
-#[derive(Deserialize, Serialize)]
-struct Percentiles {
-    count: usize,
-    p50: f64,
-    p99: f64,
-    max: f64,
-}
-
-impl WindowFigures {
-    /// Returns the figures that miss their bars.
-    fn misses(&self, scene: Scene) -> Vec<&'static str> {
-        let key = &self.key_to_panel_millis;
-        let all = [
-            ("frames", self.dragging_frames_per_second >= scene.min_frames()),
-            ("whole picture", self.whole_picture_millis.p50 <= MAX_WHOLE_MILLIS),
-            ("key to panel, median", key.p50 <= MAX_KEY_MILLIS[0]),
-            ("key to panel, p99", key.p99 <= MAX_KEY_MILLIS[1]),
-        ];
-        all.into_iter().filter_map(|(name, is_met)| (!is_met).then_some(name)).collect()
-    }
+/// Returns the figures of a window, as the measuring program prints them, that miss their bars.
+fn misses(figures: &Value, scene: Scene) -> Vec<&'static str> {
+    let figure = |pointer: &str| figures.pointer(pointer).and_then(Value::as_f64);
+    let is_at_most = |pointer, most: f64| figure(pointer).is_some_and(|millis| millis <= most);
+    let frames = figure("/dragging_frames_per_second");
+    let all = [
+        ("frames", frames.is_some_and(|frames| frames >= scene.min_frames())),
+        ("whole picture", is_at_most("/whole_picture_millis/p50", MAX_WHOLE_MILLIS)),
+        ("key to panel, median", is_at_most("/key_to_panel_millis/p50", MAX_KEY_MILLIS[0])),
+        ("key to panel, p99", is_at_most("/key_to_panel_millis/p99", MAX_KEY_MILLIS[1])),
+    ];
+    all.into_iter().filter_map(|(name, is_met)| (!is_met).then_some(name)).collect()
 }
 
 pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
@@ -119,7 +103,7 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
         let text = serde_json::to_string_pretty(&figures)?;
         println!("{} ({})\n{text}", scene.name(), profile.name());
         std::fs::write(workspace.path(FOLDER).join(format!("{}.json", scene.name())), &text)?;
-        let misses = figures.misses(scene).into_iter();
+        let misses = misses(&figures, scene).into_iter();
         missed.extend(misses.map(|figure| format!("{}: {figure}", scene.name())));
     }
     if !missed.is_empty() {
@@ -128,19 +112,17 @@ pub(crate) fn run(workspace: &Workspace, arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn measure(workspace: &Workspace, profile: Profile, scene: Scene) -> Result<WindowFigures> {
+fn measure(workspace: &Workspace, profile: Profile, scene: Scene) -> Result<Value> {
     let display = XServer::start(SCREEN)?;
     let (file, _simulator) = prepare(workspace, profile, scene)?;
-    let metrics = free_address()?;
-    let mut command = Command::new(workspace.program(profile, "busbar"));
-    command.current_dir(&workspace.root).env("DISPLAY", &display.display);
-    command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-    command.arg("view").arg(&file).args(["--metrics", &metrics.to_string()]);
-    let mut viewer = Process::start_listening(&mut command)?;
-    viewer.wait_for_line(MAX_START, |line| line == "ready")?;
+    let address = free_address()?.to_string();
+    let arguments: &[&OsStr] =
+        &["view".as_ref(), file.as_ref(), "--metrics".as_ref(), address.as_ref()];
+    let is_ready = |line: &str| line == "ready";
+    let _viewer = viewer::start(workspace, profile, &display.display, arguments, is_ready)?;
     process::sleep(SETTLE_TIME)?;
     let mut program = Command::new(workspace.program(profile, PROGRAM));
-    program.env("DISPLAY", &display.display).args(["--metrics", &metrics.to_string()]);
+    program.env("DISPLAY", &display.display).args(["--metrics", &address]);
     let output = process::quiet_output(&mut program)?;
     if !output.status.success() {
         bail!("the measurement failed: {}", String::from_utf8_lossy(&output.stderr));

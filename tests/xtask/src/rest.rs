@@ -2,6 +2,7 @@
 
 mod process_tree;
 
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,6 +17,7 @@ use crate::process::{self, Process};
 use crate::simulator;
 use crate::stage;
 use crate::station::Station;
+use crate::viewer;
 use crate::workspace::{Profile, Workspace};
 use crate::x_server::XServer;
 use process_tree::{ProcessTree, TreeUsage};
@@ -27,8 +29,6 @@ const SCREEN: &str = "1600x900";
 /// Time from a viewer's start, or from what then happens to it, to the measurement: detail has
 /// settled and values have come or gone stale.
 const SETTLE_TIME: Duration = Duration::from_secs(12);
-/// Longest time from the start of a viewer to its first picture.
-const MAX_START: Duration = Duration::from_secs(120);
 const MAX_SECONDS: u64 = 24 * 3600;
 /// Scene whose tags are made constant, and the one with a chart and no tag.
 const DEMO: &str = "config/demo.json";
@@ -230,18 +230,15 @@ impl RestBench<'_> {
     }
 
     fn start_viewer(&self, situation: Situation, scene: &Path) -> Result<Process> {
-        let mut command = Command::new(self.workspace.program(self.profile, "busbar"));
-        command.current_dir(&self.workspace.root).env("DISPLAY", self.display);
-        command.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         let is_served = situation == Situation::Serve;
-        command.arg(if is_served { "serve" } else { "view" }).arg(scene);
-        if is_served {
-            command.args(["--listen", "127.0.0.1:0"]);
-        }
-        let mut viewer = Process::start_listening(&mut command)?;
+        let arguments: &[&OsStr] = match is_served {
+            true => {
+                &["serve".as_ref(), scene.as_ref(), "--listen".as_ref(), "127.0.0.1:0".as_ref()]
+            }
+            false => &["view".as_ref(), scene.as_ref()],
+        };
         let is_ready = |line: &str| line == "ready" || is_served && line.starts_with("http");
-        viewer.wait_for_line(MAX_START, is_ready)?;
-        Ok(viewer)
+        viewer::start(self.workspace, self.profile, self.display, arguments, is_ready)
     }
 
     /// Does something to the window.

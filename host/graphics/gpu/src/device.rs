@@ -186,17 +186,6 @@ impl Device {
         Ok(())
     }
 
-    /// Destroys all discarded objects if everything submitted is finished, also those that a next
-    /// submission would free; does not wait. The caller knows that nothing is being recorded or
-    /// submitted meanwhile.
-    pub(crate) fn destroy_idle(&self) -> Result<(), GpuError> {
-        if self.finished()? >= self.submitted() {
-            let discarded = std::mem::take(&mut *self.discarded());
-            self.destroy(discarded);
-        }
-        Ok(())
-    }
-
     fn destroy(&self, discarded: Vec<(u64, DiscardedObject)>) {
         // Descriptor sets go back to pools that allocation uses too.
         let _pools = self.pools.lock().unwrap_or_else(PoisonError::into_inner);
@@ -253,12 +242,10 @@ impl Device {
     }
 
     /// Destroys all discarded objects, whatever commands were recorded with them. The caller knows
-    /// that none of those will ever be submitted.
-    pub(crate) fn destroy_discarded(&self) -> Result<(), GpuError> {
-        self.wait_for_all("freeing memory")?;
+    /// that none of those will ever be submitted, and that everything submitted is finished.
+    pub(crate) fn destroy_discarded(&self) {
         let discarded = std::mem::take(&mut *self.discarded());
         self.destroy(discarded);
-        Ok(())
     }
 
     /// Waits until everything submitted is finished.

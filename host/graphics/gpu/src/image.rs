@@ -240,6 +240,16 @@ impl Image {
         self.0.description.format
     }
 
+    /// Returns the colour or depth of one level.
+    pub(crate) fn layers(&self, mip_level: u32) -> vk::ImageSubresourceLayers {
+        vk::ImageSubresourceLayers {
+            aspect_mask: self.format().aspect(),
+            mip_level,
+            base_array_layer: 0,
+            layer_count: 1,
+        }
+    }
+
     pub(crate) fn raw(&self) -> vk::Image {
         self.0.raw
     }

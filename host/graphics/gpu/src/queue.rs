@@ -133,7 +133,9 @@ impl GpuQueue {
     /// # Errors
     /// When the device is lost or hangs.
     pub fn free_memory(&mut self) -> Result<(), GpuError> {
-        self.gpu.device().destroy_discarded()
+        self.gpu.device().wait_for_all("freeing memory")?;
+        self.gpu.device().destroy_discarded();
+        Ok(())
     }
 
     /// Frees unused objects if everything submitted is finished; does not wait. For times in which
@@ -142,7 +144,10 @@ impl GpuQueue {
     /// # Errors
     /// When the device is lost.
     pub fn free_idle_memory(&mut self) -> Result<(), GpuError> {
-        self.gpu.device().destroy_idle()
+        if self.is_idle()? {
+            self.gpu.device().destroy_discarded();
+        }
+        Ok(())
     }
 
     /// Makes the swapchain fit the window; gives its size, or `None` while

@@ -229,16 +229,10 @@ impl<'g> Recorder<'g> {
         self.transition(target, ImageUse::CopyTarget);
         let vk::Rect2D { offset, extent } = area.to_rect();
         let offset = vk::Offset3D { x: offset.x, y: offset.y, z: 0 };
-        let layers = vk::ImageSubresourceLayers {
-            aspect_mask: source.format().aspect(),
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        };
         let region = [vk::ImageCopy::default()
-            .src_subresource(layers)
+            .src_subresource(source.layers(0))
             .src_offset(offset)
-            .dst_subresource(layers)
+            .dst_subresource(target.layers(0))
             .dst_offset(offset)
             .extent(vk::Extent3D { width: extent.width, height: extent.height, depth: 1 })];
         // SAFETY: the commands are being recorded, outside any pass; both images are in these
@@ -269,36 +263,36 @@ impl<'g> Recorder<'g> {
         }
         self.transition(source, ImageUse::CopySource);
         self.transition(target, ImageUse::CopyTarget);
-        let layers = vk::ImageSubresourceLayers {
-            aspect_mask: source.format().aspect(),
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        };
-        let corners = |image: &Image| {
-            let [x, y] = image.size().map(|pixels| pixels as i32);
+        self.blit([(source, 0), (target, 0)]);
+        Ok(())
+    }
+
+    /// Copies a level of an image to one of an image of the same format, scaled with linear
+    /// interpolation. Both are in the layouts of copies, outside any pass.
+    pub(crate) fn blit(&self, [source, target]: [(&Image, u32); 2]) {
+        let corners = |(image, level): (&Image, u32)| {
+            let [x, y] = image.size().map(|pixels| (pixels >> level).max(1) as i32);
             [vk::Offset3D::default(), vk::Offset3D { x, y, z: 1 }]
         };
         let region = [vk::ImageBlit::default()
-            .src_subresource(layers)
+            .src_subresource(source.0.layers(source.1))
             .src_offsets(corners(source))
-            .dst_subresource(layers)
+            .dst_subresource(target.0.layers(target.1))
             .dst_offsets(corners(target))];
-        // SAFETY: the commands are being recorded, outside any pass; both images are in these
-        // layouts by the transitions above, which keep them alive; linear blits of these formats
-        // are always supported (Vulkan specification, "Required Format Support").
+        // SAFETY: the commands are being recorded, outside any pass; the levels exist and are in
+        // these layouts, by the caller's promise; linear blits of these formats are always
+        // supported (Vulkan specification, "Required Format Support").
         unsafe {
             self.device().raw.cmd_blit_image(
                 self.commands(),
-                source.raw(),
+                source.0.raw(),
                 ImageUse::CopySource.layout(),
-                target.raw(),
+                target.0.raw(),
                 ImageUse::CopyTarget.layout(),
                 &region,
                 vk::Filter::LINEAR,
             );
         }
-        Ok(())
     }
 
     pub(crate) fn copy_to_image(&self, source: vk::Buffer, image: &Image) {
@@ -345,12 +339,7 @@ impl Drop for Recorder<'_> {
 fn copy_region(image: &Image, area: ImageArea) -> vk::BufferImageCopy {
     let vk::Rect2D { offset, extent } = area.to_rect();
     vk::BufferImageCopy::default()
-        .image_subresource(vk::ImageSubresourceLayers {
-            aspect_mask: image.format().aspect(),
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        })
+        .image_subresource(image.layers(0))
         .image_offset(vk::Offset3D { x: offset.x, y: offset.y, z: 0 })
         .image_extent(vk::Extent3D { width: extent.width, height: extent.height, depth: 1 })
 }

@@ -179,7 +179,7 @@ impl Recorder<'_> {
                 ImageUse::CopyTarget,
                 ImageUse::CopySource,
             );
-            self.shrink(image, level);
+            self.blit([(image, level), (image, level + 1)]);
         }
         if last > 0 {
             let shrunk = 0..last;
@@ -187,38 +187,6 @@ impl Recorder<'_> {
         }
         self.barrier(image.raw(), aspect, last..last + 1, ImageUse::CopyTarget, ImageUse::Sampled);
         *image.usage() = ImageUse::Sampled;
-    }
-
-    fn shrink(&self, image: &Image, level: u32) {
-        let layers = |mip_level| vk::ImageSubresourceLayers {
-            aspect_mask: image.format().aspect(),
-            mip_level,
-            base_array_layer: 0,
-            layer_count: 1,
-        };
-        let corner = |level: u32| {
-            let [x, y] = image.size().map(|pixels| (pixels >> level).max(1) as i32);
-            [vk::Offset3D::default(), vk::Offset3D { x, y, z: 1 }]
-        };
-        let blit = [vk::ImageBlit::default()
-            .src_subresource(layers(level))
-            .src_offsets(corner(level))
-            .dst_subresource(layers(level + 1))
-            .dst_offsets(corner(level + 1))];
-        // SAFETY: the commands are being recorded; the levels exist and are in
-        // these layouts; linear blits of these formats are always supported
-        // (Vulkan specification, "Required Format Support").
-        unsafe {
-            self.device().raw.cmd_blit_image(
-                self.commands(),
-                image.raw(),
-                ImageUse::CopySource.layout(),
-                image.raw(),
-                ImageUse::CopyTarget.layout(),
-                &blit,
-                vk::Filter::LINEAR,
-            );
-        }
     }
 
     fn stage(&mut self, size: u64, write: impl FnOnce(&mut [u8])) -> Result<Buffer, GpuError> {

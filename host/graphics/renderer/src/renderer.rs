@@ -454,16 +454,12 @@ impl Renderer {
     }
 
     fn draw_sized(&mut self, frame: &Frame<'_>, size: [u32; 2]) -> Result<FrameStats, RenderError> {
-        let targets = match self.targets.take() {
-            Some(targets) if targets.size() == size => targets,
-            _ => {
-                self.layer.forget();
-                self.reduced_targets = None;
-                let gpu = self.queue.gpu();
-                SceneTargets::new(gpu, gpu.picture_format(), self.scene.samples, size)?
-            }
-        };
-        let targets = self.targets.insert(targets);
+        let samples = self.scene.samples;
+        if self.targets.as_ref().is_none_or(|targets| targets.size() != size) {
+            self.layer.forget();
+            self.reduced_targets = None;
+        }
+        let targets = SceneTargets::fitting(&mut self.targets, self.queue.gpu(), samples, size)?;
         let mut recorder = self.queue.begin_frame()?;
         let started = Instant::now();
         let difference = self.layer.difference(frame, size);
@@ -490,7 +486,7 @@ impl Renderer {
                 (stats, first_pass) = self.scene.record(&mut recorder, targets, frame)?;
             } else {
                 let (slot, gpu) = (&mut self.reduced_targets, recorder.gpu());
-                let reduced = SceneTargets::fitting(slot, gpu, self.scene.samples, scene_size)?;
+                let reduced = SceneTargets::fitting(slot, gpu, samples, scene_size)?;
                 (stats, first_pass) = self.scene.record(&mut recorder, reduced, frame)?;
                 recorder.scale_image(&reduced.picture, &targets.picture)?;
             }

@@ -199,8 +199,8 @@ impl<'a> SurfaceDeviation<'a> {
         self.spread[kept]
     }
 
-    /// Attaches a wedge to the nearest moved triangle of its section, or else to one at the kept
-    /// position.
+    /// Attaches a wedge to the nearest moved triangle of its section. Where there is none, one at the
+    /// kept position takes its place.
     fn attach_wedge(&mut self, wedge: u32, kept: u32) -> Attachment {
         let point = self.point(self.mesh.wedges.position[wedge as usize]);
         let section = self.mesh.wedges.section[wedge as usize];

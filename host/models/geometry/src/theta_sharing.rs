@@ -103,24 +103,23 @@ fn cursors_for(meshes: &[SharedMesh<'_>], wanted: u64) -> Vec<u32> {
 /// Cursors between two for each mesh, whose sum is as near to `wanted` as one share of the way for
 /// all of them allows: equal meshes go together.
 fn interpolate(least: &[u32], most: &[u32], wanted: u64) -> Vec<u32> {
-    let at = |share: f64| -> Vec<u32> {
-        let between = |(&a, &b): (&u32, &u32)| a + (share * f64::from(b - a)).round() as u32;
-        least.iter().zip(most).map(between).collect()
-    };
-    let sum = |cursors: &[u32]| cursors.iter().map(|&cursor| u64::from(cursor)).sum::<u64>();
+    let pairs = || least.iter().zip(most).map(|(&a, &b)| (a, b - a));
+    let part = |share: f64, difference: u32| (share * f64::from(difference)).round() as u32;
+    let wanted = wanted.saturating_sub(least.iter().map(|&cursor| u64::from(cursor)).sum());
+    // Between neighbouring errors few meshes have another cursor.
+    let differences: Vec<u32> = pairs().map(|(_, more)| more).filter(|&more| more > 0).collect();
+    let sum = |share| differences.iter().map(|&more| u64::from(part(share, more))).sum::<u64>();
     let (mut below, mut above) = (0.0, 1.0);
     for _ in 0..SHARE_STEPS {
         let middle = f64::midpoint(below, above);
-        match sum(&at(middle)) >= wanted {
+        match sum(middle) >= wanted {
             true => above = middle,
             false => below = middle,
         }
     }
-    let [fewer, more] = [at(below), at(above)];
-    match sum(&more).abs_diff(wanted) <= sum(&fewer).abs_diff(wanted) {
-        true => more,
-        false => fewer,
-    }
+    let is_above_nearer = sum(above).abs_diff(wanted) <= sum(below).abs_diff(wanted);
+    let share = if is_above_nearer { above } else { below };
+    pairs().map(|(cursor, more)| cursor + part(share, more)).collect()
 }
 
 /// Cursor of a mesh for a theta of its model, or of its own where it shares none.

@@ -360,9 +360,39 @@ fn value_to_abi(state: Option<TagState>) -> abi::BusbarTagValue {
         kind,
         quality,
         reason,
-        origin: state.map_or(0, |s| s.origin.bits()),
+        origin: state.map_or(0, |s| abi::flags_of_origin(s.origin)),
         reserved: [0; 4],
         value,
         age_millis: age.as_millis() as u64,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use busbar_types::Origin;
+
+    use super::*;
+
+    #[test]
+    fn values_have_the_flags_of_their_origins() {
+        let flags = |origin| {
+            let state = TagState {
+                value: None,
+                quality: Quality::Good,
+                report_quality: Quality::Good,
+                age: None,
+                source_time: None,
+                origin,
+            };
+            value_to_abi(Some(state)).origin
+        };
+        assert_eq!(flags(Origin::LIVE), 0);
+        let simulated = abi::BUSBAR_ORIGIN_SIMULATED;
+        assert_eq!(flags(Origin::SIMULATED), simulated);
+        assert_eq!(flags(Origin::SIMULATED | Origin::TEST), simulated | abi::BUSBAR_ORIGIN_TEST);
+        assert_eq!(flags(Origin::HISTORICAL), abi::BUSBAR_ORIGIN_HISTORICAL);
+        for origin in Origin::ALL {
+            assert_eq!(abi::origin_of_flags(flags(origin)), origin);
+        }
     }
 }

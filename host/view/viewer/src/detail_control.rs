@@ -122,13 +122,13 @@ impl DetailControl {
         }));
     }
 
-    /// Updates budget and panel rows after a frame was drawn. Only one that `is_typical` counts for
-    /// the budget.
-    pub(crate) fn note_frame(&mut self, renderer: &Renderer, frame: &FrameStats, is_typical: bool) {
+    /// Updates budget and panel rows after a frame was drawn. The budget judges the frame's time only
+    /// if `is_judged`.
+    pub(crate) fn note_frame(&mut self, renderer: &Renderer, frame: &FrameStats, is_judged: bool) {
         self.resolved += u64::from(frame.resolved);
         self.note_cursors(renderer);
         // A frame with the scene's image of an earlier one tells nothing of its cost.
-        if is_typical && !frame.is_scene_kept {
+        if is_judged && !frame.is_scene_kept {
             self.budget.record_frame(frame);
         }
     }

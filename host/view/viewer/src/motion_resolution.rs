@@ -80,9 +80,8 @@ impl MotionResolution {
         (self.drawn_step > 0).then(|| self.rests_in())
     }
 
-    /// Reports whether the last frame drawn had a resolution between the lowest and the full one:
-    /// its time is no reason to change the detail of the scene.
-    pub(crate) fn can_still_change(&self) -> bool {
+    /// Reports whether the last frame drawn had a resolution between the lowest and the full one.
+    pub(crate) fn is_intermediate(&self) -> bool {
         self.drawn_step > 0 && self.drawn_step + 1 < RESOLUTIONS.len()
     }
 

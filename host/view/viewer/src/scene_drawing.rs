@@ -99,9 +99,10 @@ impl SceneDrawing {
         self.motion.full_in()
     }
 
-    /// Reports whether the resolution can still be lowered or raised before detail is.
-    pub(crate) fn can_change_resolution(&self) -> bool {
-        self.motion.can_still_change()
+    /// Reports whether the last frame drawn had a resolution between the lowest and the full one: its
+    /// time is no reason to change the detail of the scene.
+    pub(crate) fn is_resolution_intermediate(&self) -> bool {
+        self.motion.is_intermediate()
     }
 
     /// Returns the camera view of the present frame.

@@ -253,7 +253,7 @@ impl<'a> InputSearch<'a> {
             format!(
                 "the tag '{}' in the role 'load' at '{}' is in {}, in which rated_load would be \
                  {found} {to} where {known} {to} are rated; give rated_load in the unit of the \
-                 tag, or leave it away",
+                 tag, or leave it out",
                 binding.tag_id, binding.node_id, binding.unit
             )
         })

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use busbar_plugin_sdk::{StoredState, TagValue};
+use busbar_plugin_sdk::{Origin, StoredState, TagValue};
 
 use crate::ageing::Paper;
 use crate::assessment::Estimate;
@@ -136,7 +136,7 @@ impl Transformer {
         let last_load = self.state.and_then(|state| state.last_load);
         let reader = Reader { settings, inputs: &self.inputs, values, plausible: self.plausible };
         let point = reader.read(last_load);
-        self.leave_other_plant(&point, values);
+        self.restart_after_other_origin(&point, values);
         let (mut state, is_seen) = self.state_at(now, &point);
         let estimate = Estimate::new(&mut state.band, &point, settings.disagreement);
         state.life.count(now, &self.paper, [state.hot_spot, estimate.hot_spot], is_seen);
@@ -153,12 +153,14 @@ impl Transformer {
         (point, estimate)
     }
 
-    /// Drops a history of simulated, recorded or test values where live ones follow, and the other
-    /// way round: it is one of another plant.
-    fn leave_other_plant(&mut self, point: &OperatingPoint, values: &[TagValue]) {
+    /// Begins the history anew where live values follow simulated, recorded or test ones, or the
+    /// other way round: it is one of another plant.
+    fn restart_after_other_origin(&mut self, point: &OperatingPoint, values: &[TagValue]) {
         let origins = point.used.iter().filter_map(|binding| values.get(*binding));
-        let origins = origins.map(|value| value.origin.unreal().bits()).reduce(|a, b| a | b);
-        let Some(unreal) = origins.filter(|unreal| *unreal != self.unreal) else { return };
+        let origins = origins.map(|value| value.origin.unreal()).reduce(Origin::union);
+        let Some(unreal) = origins.map(Origin::bits).filter(|unreal| *unreal != self.unreal) else {
+            return;
+        };
         self.unreal = unreal;
         if self.state.is_some_and(|state| state.unreal != unreal) {
             self.state = None;

@@ -117,13 +117,19 @@ pub const BUSBAR_FAULT_LATE: u32 = 32;
 /// Fault of a wrong device clock.
 pub const BUSBAR_FAULT_CLOCK_JUMP: u32 = 64;
 
-/// Distance of the origin flags of a sample from the bits of [`Origin`].
+/// Distance of `BUSBAR_ORIGIN_*` from the bits of [`Origin`].
 const ORIGIN_SHIFT: u32 = 2;
 
-/// Returns the origins that the flags of a sample or of a plugin tell.
+/// Returns the origins that flags `BUSBAR_ORIGIN_*` tell, of a sample, a plugin or a value.
 #[inline]
 pub const fn origin_of_flags(flags: u8) -> Origin {
     Origin::from_bits(flags >> ORIGIN_SHIFT)
+}
+
+/// Returns the flags `BUSBAR_ORIGIN_*` of origins.
+#[inline]
+pub const fn flags_of_origin(origin: Origin) -> u8 {
+    origin.bits() << ORIGIN_SHIFT
 }
 
 /// Returns kind and bits of a value, `BUSBAR_VALUE_NONE` and 0 for none.
@@ -156,11 +162,11 @@ assert_equal! {
     BUSBAR_REASON_NOT_FINITE == Reason::NotFinite,
     BUSBAR_REASON_STALE == Reason::Stale,
     BUSBAR_REASON_SOURCE_TIME == Reason::SourceTime,
-    BUSBAR_ORIGIN_SUBSTITUTED == Origin::SUBSTITUTED.bits() << ORIGIN_SHIFT,
-    BUSBAR_ORIGIN_TEST == Origin::TEST.bits() << ORIGIN_SHIFT,
-    BUSBAR_ORIGIN_SIMULATED == Origin::SIMULATED.bits() << ORIGIN_SHIFT,
-    BUSBAR_ORIGIN_RECORDED == Origin::RECORDED.bits() << ORIGIN_SHIFT,
-    BUSBAR_ORIGIN_HISTORICAL == Origin::HISTORICAL.bits() << ORIGIN_SHIFT,
+    BUSBAR_ORIGIN_SUBSTITUTED == flags_of_origin(Origin::SUBSTITUTED),
+    BUSBAR_ORIGIN_TEST == flags_of_origin(Origin::TEST),
+    BUSBAR_ORIGIN_SIMULATED == flags_of_origin(Origin::SIMULATED),
+    BUSBAR_ORIGIN_RECORDED == flags_of_origin(Origin::RECORDED),
+    BUSBAR_ORIGIN_HISTORICAL == flags_of_origin(Origin::HISTORICAL),
     BUSBAR_PATTERN_SOLID == Pattern::Solid,
     BUSBAR_PATTERN_STRIPED == Pattern::Striped,
     BUSBAR_PATTERN_CROSSED == Pattern::Crossed,

@@ -107,7 +107,7 @@ impl OverlayFrame<'_> {
             value: read_value(raw.kind, raw.value),
             quality: read_quality(raw.quality, raw.reason),
             age: Duration::from_millis(raw.age_millis),
-            origin: Origin::from_bits(raw.origin),
+            origin: abi::origin_of_flags(raw.origin),
         })
     }
 }

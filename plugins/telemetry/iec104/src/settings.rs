@@ -242,7 +242,7 @@ impl Settings {
 /// Types that may be left out: those of values may not.
 fn ignored_types(types: Vec<u8>, faults: &mut SettingsFaults) -> Vec<u8> {
     for type_id in types.iter().filter(|type_id| (1..=40).contains(*type_id)) {
-        faults.add(format!("ignored_types: {type_id} is a type of values: leave it away"));
+        faults.add(format!("ignored_types: {type_id} is a type of values: leave it out"));
     }
     types
 }

@@ -109,17 +109,11 @@ impl View {
 
     /// Drags the scene for some frames, and lets it go.
     fn drag(&mut self, frames: u16) {
-        let button = |pressed| Event::PointerButton {
-            pos: pos2(500.0, 250.0),
-            button: PointerButton::Primary,
-            pressed,
-            modifiers: Modifiers::NONE,
-        };
-        self.frame([moved(500.0, 250.0), vec![button(true)]].concat());
+        self.frame([moved(500.0, 250.0), vec![button([500.0, 250.0], true)]].concat());
         for frame in 0..frames {
             self.frame(moved(500.0 + 9.0 * f32::from(frame), 250.0));
         }
-        self.frame(vec![button(false)]);
+        self.frame(vec![button([500.0, 250.0], false)]);
     }
 
     fn picture(&mut self) -> Picture {
@@ -152,14 +146,13 @@ fn moved(x: f32, y: f32) -> Vec<Event> {
     vec![Event::PointerMoved(pos2(x, y))]
 }
 
+fn button([x, y]: [f32; 2], pressed: bool) -> Event {
+    let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+    Event::PointerButton { pos: pos2(x, y), button, pressed, modifiers }
+}
+
 fn clicked(x: f32, y: f32) -> Vec<Event> {
-    let button = |pressed| Event::PointerButton {
-        pos: pos2(x, y),
-        button: PointerButton::Primary,
-        pressed,
-        modifiers: Modifiers::NONE,
-    };
-    vec![Event::PointerMoved(pos2(x, y)), button(true), button(false)]
+    vec![Event::PointerMoved(pos2(x, y)), button([x, y], true), button([x, y], false)]
 }
 
 type Act = Box<dyn Fn(&mut View)>;

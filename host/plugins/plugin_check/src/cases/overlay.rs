@@ -78,8 +78,14 @@ const LONG_NAME: &str = concat!(
     "öööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööö",
     "öööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööööö",
 );
-/// Origins of values: live, simulated, and several at once.
-const ORIGINS: [u8; 5] = [0, 0, 4, 8, 31];
+/// Origins of values: live, simulated, recorded, and several at once.
+const ORIGINS: [u8; 5] = [
+    0,
+    0,
+    abi::BUSBAR_ORIGIN_SIMULATED,
+    abi::BUSBAR_ORIGIN_RECORDED,
+    abi::BUSBAR_ORIGIN_TEST | abi::BUSBAR_ORIGIN_SUBSTITUTED,
+];
 const KINDS: [u8; 4] = [
     abi::BUSBAR_VALUE_F64,
     abi::BUSBAR_VALUE_I64,

@@ -270,7 +270,8 @@ impl Viewer {
     pub(super) fn note_drawn(&mut self, DrawnFrame { view, stats, prepared_millis }: DrawnFrame) {
         self.statistics.cpu_millis = prepared_millis + stats.cpu_millis;
         self.drawing.note_frame(view, stats);
-        self.detail.note_frame(self.renderer.get(), &stats, !self.drawing.can_change_resolution());
+        let is_judged = !self.drawing.is_resolution_intermediate();
+        self.detail.note_frame(self.renderer.get(), &stats, is_judged);
     }
 
     /// Notes a frame whose picture is the last one.

@@ -218,7 +218,7 @@ fn value_to_abi(value: &TagValue) -> abi::BusbarTagValue {
     let (kind, bits) = abi::value_codes(value.value);
     let (quality, reason) = value.quality.codes();
     let age_millis = value.age.as_millis() as u64;
-    let origin = value.origin.bits();
+    let origin = abi::flags_of_origin(value.origin);
     let reserved = [0; 4];
     abi::BusbarTagValue { kind, quality, reason, origin, reserved, value: bits, age_millis }
 }
