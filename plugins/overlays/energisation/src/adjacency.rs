@@ -23,6 +23,12 @@ const STOPS_EARTH: u64 = 1 << (3 * INDEX_BITS);
 /// Indices of an arc at most: nodes, branches and their switches.
 const MAX_INDEX: usize = if MAX_NODES > MAX_BRANCHES { MAX_NODES } else { MAX_BRANCHES };
 
+/// Nodes whose rows are loaded at once.
+pub(crate) const ROWS_AT_ONCE: usize = 32;
+
+/// Rows of the next nodes of a search, as begin and end among all ends of branches.
+pub(crate) type NextRows = [[u32; 2]; ROWS_AT_ONCE];
+
 const _: () = assert!(MAX_INDEX < INDEX_MASK as usize);
 
 impl Arc {
@@ -90,6 +96,30 @@ impl Adjacency {
     /// Gives the indices of the branches at a node, among all ends of branches.
     pub fn range(&self, node: Node) -> std::ops::Range<usize> {
         self.offsets[node] as usize..self.offsets[node + 1] as usize
+    }
+
+    /// Loads the rows of at most [`ROWS_AT_ONCE`] nodes into the processor's caches and gives
+    /// their ranges. A search reads rows in no order of memory: one by one, each would be waited
+    /// for, and these loads overlap. Returns the number of rows.
+    #[inline]
+    pub(crate) fn load_rows(&self, nodes: &[u32], rows: &mut NextRows) -> usize {
+        let count = nodes.len().min(ROWS_AT_ONCE);
+        for (row, &node) in rows.iter_mut().zip(nodes) {
+            *row = [self.offsets[node as usize], self.offsets[node as usize + 1]];
+        }
+        let mut touched = 0;
+        for &[begin, end] in &rows[..count] {
+            let arc = |index: u32| self.arcs.get(index as usize).map_or(0, |arc| arc.0);
+            touched ^= arc(begin) ^ arc(end.saturating_sub(1));
+        }
+        std::hint::black_box(touched);
+        count
+    }
+
+    /// Gives the branches of a row by [`Adjacency::load_rows`].
+    #[inline]
+    pub(crate) fn row(&self, [begin, end]: [u32; 2]) -> &[Arc] {
+        &self.arcs[begin as usize..end as usize]
     }
 
     /// Gives all ends of branches.

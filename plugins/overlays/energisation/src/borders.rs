@@ -1,6 +1,7 @@
 //! Borders of parts without feeding: the open switches, and the sources that do not feed,
 //! that keep a part from being fed whatever becomes of all other inputs.
 
+use crate::adjacency::NextRows;
 use crate::reachability::{Certainty, Passage, Reachability, pack, unpack};
 use crate::state::{Input, Position};
 use crate::topology::{Node, Topology};
@@ -14,7 +15,8 @@ pub(crate) struct Borders {
     inputs: Vec<u32>,
     /// Begin of each part among the inputs, and the end of the last.
     offsets: Vec<u32>,
-    stack: Vec<u32>,
+    /// Nodes of the part that is being found, those that were visited first.
+    members: Vec<u32>,
     /// Open switches at the part that is being found, and the nodes behind them.
     open_switches: Vec<[u32; 2]>,
 }
@@ -35,33 +37,45 @@ impl Borders {
         self.inputs.clear();
         self.offsets.clear();
         self.offsets.push(0);
+        let mut rows = NextRows::default();
         for node in 0..nodes {
             if self.parts[node] == NONE && fed.certainty(node) == Certainty::Not {
-                self.find_part(node, topology, passage);
+                self.find_part(node, topology, passage, &mut rows);
             }
         }
     }
 
-    fn find_part(&mut self, node: Node, topology: &Topology, passage: Passage<'_>) {
+    fn find_part(
+        &mut self,
+        node: Node,
+        topology: &Topology,
+        passage: Passage<'_>,
+        rows: &mut NextRows,
+    ) {
         let part = self.part_count() as u32;
         self.parts[node] = part;
-        self.stack.push(node as u32);
-        while let Some(node) = self.stack.pop() {
-            let node = node as usize;
-            let sources = topology.sources_at.row(node).iter();
-            self.inputs.extend(sources.map(|&source| pack(Input::Source(source))));
-            for index in passage.adjacency.range(node) {
-                let arc = passage.adjacency.arcs()[index];
-                let to = arc.to();
-                if passage.position(arc) == Position::Open {
-                    if let Some(switch) = arc.switch()
-                        && topology.leads_to_source[index]
-                    {
-                        self.open_switches.push([switch as u32, to as u32]);
+        self.members.clear();
+        self.members.push(node as u32);
+        let mut done = 0;
+        while done < self.members.len() {
+            let count = passage.adjacency.load_rows(&self.members[done..], rows);
+            for row in &rows[..count] {
+                let node = self.members[done] as usize;
+                done += 1;
+                let sources = topology.sources_at.row(node).iter();
+                self.inputs.extend(sources.map(|&source| pack(Input::Source(source))));
+                for (&arc, index) in passage.adjacency.row(*row).iter().zip(row[0] as usize..) {
+                    let to = arc.to();
+                    if passage.position(arc) == Position::Open {
+                        if let Some(switch) = arc.switch()
+                            && topology.leads_to_source[index]
+                        {
+                            self.open_switches.push([switch as u32, to as u32]);
+                        }
+                    } else if self.parts[to] == NONE {
+                        self.parts[to] = part;
+                        self.members.push(to as u32);
                     }
-                } else if self.parts[to] == NONE {
-                    self.parts[to] = part;
-                    self.stack.push(to as u32);
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Reachability over surely closed and over possibly closed branches, in one breadth-first
 //! search each way: first over what is surely closed, then on by the fewest unknown inputs.
 
-use crate::adjacency::{Adjacency, Arc};
+use crate::adjacency::{Adjacency, Arc, NextRows, ROWS_AT_ONCE};
 use crate::state::{ChangedInputs, Input, Position};
 use crate::topology::{Node, Switch};
 
@@ -180,21 +180,25 @@ impl Reachability {
     }
 
     fn search_surely(&mut self, passage: Passage<'_>) {
-        let mut done = 0;
-        while let Some(&from) = self.queue.get(done) {
-            done += 1;
-            for &arc in passage.adjacency.at(from as usize) {
-                let to = arc.to();
-                if self.certainty[to] != Certainty::Not {
-                    continue;
-                }
-                let step = RawStep::over(from, arc);
-                match passage.position(arc) {
-                    Position::Open => {}
-                    Position::Closed => self.settle_surely(to, step),
-                    Position::Unknown => {
-                        let doubt = step.switch;
-                        self.next.push(Candidate { node: to as u32, step, doubt });
+        let (mut done, mut rows) = (0, NextRows::default());
+        while done < self.queue.len() {
+            let count = passage.adjacency.load_rows(&self.queue[done..], &mut rows);
+            for row in &rows[..count] {
+                let from = self.queue[done];
+                done += 1;
+                for &arc in passage.adjacency.row(*row) {
+                    let to = arc.to();
+                    if self.certainty[to] != Certainty::Not {
+                        continue;
+                    }
+                    let step = RawStep::over(from, arc);
+                    match passage.position(arc) {
+                        Position::Open => {}
+                        Position::Closed => self.settle_surely(to, step),
+                        Position::Unknown => {
+                            let doubt = step.switch;
+                            self.next.push(Candidate { node: to as u32, step, doubt });
+                        }
                     }
                 }
             }
@@ -205,26 +209,34 @@ impl Reachability {
     fn search_perhaps(&mut self, passage: Passage<'_>) {
         while !self.next.is_empty() {
             std::mem::swap(&mut self.now, &mut self.next);
-            let mut done = 0;
-            while let Some(&Candidate { node, step, doubt }) = self.now.get(done) {
-                done += 1;
-                if self.certainty[node as usize] != Certainty::Not {
-                    continue;
+            let (mut done, mut rows, mut nodes) = (0, NextRows::default(), [0; ROWS_AT_ONCE]);
+            while done < self.now.len() {
+                let ahead = (self.now.len() - done).min(ROWS_AT_ONCE);
+                for (node, of) in nodes.iter_mut().zip(&self.now[done..]) {
+                    *node = of.node;
                 }
-                self.certainty[node as usize] = Certainty::Perhaps;
-                self.steps[node as usize] = step;
-                self.doubts[node as usize] = doubt;
-                for &arc in passage.adjacency.at(node as usize) {
-                    let to = arc.to();
-                    if self.certainty[to] != Certainty::Not {
+                let count = passage.adjacency.load_rows(&nodes[..ahead], &mut rows);
+                for row in &rows[..count] {
+                    let Candidate { node, step, doubt } = self.now[done];
+                    done += 1;
+                    if self.certainty[node as usize] != Certainty::Not {
                         continue;
                     }
-                    let step = RawStep::over(node, arc);
-                    let candidate = Candidate { node: to as u32, step, doubt };
-                    match passage.position(arc) {
-                        Position::Open => {}
-                        Position::Closed => self.now.push(candidate),
-                        Position::Unknown => self.next.push(candidate),
+                    self.certainty[node as usize] = Certainty::Perhaps;
+                    self.steps[node as usize] = step;
+                    self.doubts[node as usize] = doubt;
+                    for &arc in passage.adjacency.row(*row) {
+                        let to = arc.to();
+                        if self.certainty[to] != Certainty::Not {
+                            continue;
+                        }
+                        let step = RawStep::over(node, arc);
+                        let candidate = Candidate { node: to as u32, step, doubt };
+                        match passage.position(arc) {
+                            Position::Open => {}
+                            Position::Closed => self.now.push(candidate),
+                            Position::Unknown => self.next.push(candidate),
+                        }
                     }
                 }
             }
