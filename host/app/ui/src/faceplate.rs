@@ -12,7 +12,7 @@ use crate::faceplate_records::{self, FaceplateSection};
 use crate::tag_panel::quality_text;
 use crate::{
     AlarmRow, Command, Faceplate, FaceplateState, FaceplateValue, ValueMark, faceplate_verdict,
-    layers, origin_mark, theme, trend,
+    layers, origin_mark, quality_hatching, theme, trend,
 };
 
 /// Height of a row, points.
