@@ -8,8 +8,10 @@ use std::path::Path;
 use naga::back::spv;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-/// Source prepended to every pass: WGSL has no include.
-const COMMON: &str = "common/frame.wgsl";
+/// Sources prepended to every pass: WGSL has no include.
+const COMMON: [&str; 2] = [FRAME, "common/highlight_pattern.wgsl"];
+/// Source of the structs that all passes share.
+const FRAME: &str = "common/frame.wgsl";
 
 /// Unit vector towards the sun, world space, y up.
 const SUN_DIRECTION: [f32; 3] = [0.3596, 0.7392, 0.5694];
@@ -78,7 +80,7 @@ fn build() -> Result<(), Box<dyn Error>> {
     let mut layouts = String::new();
     for (path, name, parts) in PASSES {
         let mut source = sun.clone();
-        for part in [COMMON].iter().chain(parts).chain([&path]) {
+        for part in COMMON.iter().chain(parts).chain([&path]) {
             println!("cargo::rerun-if-changed={part}");
             source.push_str(&std::fs::read_to_string(part)?);
         }
@@ -117,7 +119,7 @@ fn assert_attributes(module: &naga::Module) -> Result<String, Box<dyn Error>> {
     );
     let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(VERTEX_INPUT));
     let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, .. }, .. })) = found else {
-        return Err(format!("{COMMON} defines no struct {VERTEX_INPUT}").into());
+        return Err(format!("{FRAME} defines no struct {VERTEX_INPUT}").into());
     };
     for member in members {
         let Some(naga::Binding::Location { location, .. }) = member.binding else {

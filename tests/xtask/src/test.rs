@@ -68,6 +68,11 @@ fn run_steps(
             clippy.args(["clippy", "--workspace", "--all-targets"]);
             process::run(clippy.args(["--", "-D", "warnings"]))
         })?;
+        steps.run("documentation", || {
+            let mut doc = process::cargo();
+            doc.env("RUSTDOCFLAGS", "-D warnings");
+            process::run(doc.args(["doc", "--workspace", "--no-deps"]))
+        })?;
     }
     // With the tests: cargo unites the features of what it builds at once, and whatever has other
     // ones is built again.

@@ -31,7 +31,8 @@ const IDLE_PERIOD: Duration = Duration::from_millis(100);
 const OPERATOR_VARIABLE: &str = "BUSBAR_OPERATOR";
 /// Period of steps while nobody sees the window: alarms, values and logs go on.
 const UNSEEN_PERIOD: Duration = Duration::from_millis(300);
-/// Shortest period of frames with input: a display may not pace them.
+/// Shortest period of frames with input or motion, from beginning to beginning: a display may not
+/// pace them.
 const BUSY_PERIOD: Duration = Duration::from_millis(16);
 
 pub(crate) fn run(options: &ViewOptions, log: Option<Log>) -> anyhow::Result<ExitCode> {
@@ -59,6 +60,7 @@ pub(crate) fn run(options: &ViewOptions, log: Option<Log>) -> anyhow::Result<Exi
         kiosk: options.kiosk.then(|| Kiosk::new(options.monitor.clone())),
         watchdog: Watchdog::default(),
         started: Instant::now(),
+        last_step: Instant::now(),
         next_frame: Instant::now(),
         result: Ok(ExitCode::SUCCESS),
     };
@@ -101,6 +103,8 @@ struct Application<'a> {
     /// Watchdog of systemd, fed by frames.
     watchdog: Watchdog,
     started: Instant,
+    /// Beginning of the last step.
+    last_step: Instant,
     next_frame: Instant,
     result: anyhow::Result<ExitCode>,
 }
@@ -120,8 +124,16 @@ struct OpenWindow {
     is_iconified: bool,
     /// False while nobody sees the window.
     is_seen: bool,
+    /// Frame that was drawn and may not be shown yet.
+    unshown: Option<UnshownFrame>,
     /// Reason for an older picture, as in the window's title.
     trouble: Option<String>,
+}
+
+/// Frame that was drawn and may not be shown yet.
+struct UnshownFrame {
+    /// Instant of the values in it; none where it is no proof of life, since it shows a trouble.
+    true_at: Option<u64>,
 }
 
 impl ApplicationHandler<Wake> for Application<'_> {
@@ -145,10 +157,11 @@ impl ApplicationHandler<Wake> for Application<'_> {
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let next_busy_frame = self.last_step + BUSY_PERIOD;
         let Some(open) = &mut self.window else { return };
         let response = open.egui.on_window_event(&open.window, &event);
         if response.repaint {
-            self.next_frame = self.next_frame.min(Instant::now() + BUSY_PERIOD);
+            self.next_frame = self.next_frame.min(next_busy_frame);
         }
         if self.kiosk.as_mut().is_some_and(|kiosk| kiosk.is_exit_chord(&event)) {
             return self.close(event_loop);
@@ -192,14 +205,22 @@ impl ApplicationHandler<Wake> for Application<'_> {
                     self.next_frame = Instant::now() + IDLE_PERIOD;
                 }
             }
+        } else if let Some(open) = &mut self.window {
+            // Nothing is to be drawn that could be prepared meanwhile.
+            open.show_frame();
         }
-        event_loop.set_control_flow(ControlFlow::WaitUntil(self.next_frame));
+        let is_unshown = self.window.as_ref().is_some_and(|open| open.unshown.is_some());
+        event_loop.set_control_flow(match is_unshown {
+            true => ControlFlow::Poll,
+            false => ControlFlow::WaitUntil(self.next_frame),
+        });
     }
 }
 
 impl Application<'_> {
     /// Steps the view, and all that follows it.
     fn step(&mut self, event_loop: &ActiveEventLoop) {
+        self.last_step = Instant::now();
         let Some(open) = &mut self.window else { return };
         if let Some(reloader) = &mut self.reloader
             && reloader.step(&mut open.viewer) == Some(ReloadOutcome::Shown)
@@ -213,11 +234,13 @@ impl Application<'_> {
                     kiosk.step(&open.window);
                 }
                 self.watchdog.feed();
-                let wait = match open.is_seen {
-                    true => repaint_after.clamp(BUSY_PERIOD, IDLE_PERIOD),
-                    false => UNSEEN_PERIOD,
+                let now = Instant::now();
+                self.next_frame = match open.is_seen {
+                    true => {
+                        (now + repaint_after.min(IDLE_PERIOD)).max(self.last_step + BUSY_PERIOD)
+                    }
+                    false => now + UNSEEN_PERIOD,
                 };
-                self.next_frame = Instant::now() + wait;
             }
             Err(error) => self.fail(event_loop, error),
         }
@@ -260,6 +283,7 @@ impl OpenWindow {
         let mut viewer =
             Viewer::new_in_window(scene, options, window.clone(), [size.width, size.height])?;
         viewer.set_operator(&operator());
+        viewer.defer_presentation();
         let egui = egui_winit::State::new(
             viewer.egui_context().clone(),
             egui::ViewportId::ROOT,
@@ -278,6 +302,7 @@ impl OpenWindow {
             egui,
             window,
             announced: false,
+            unshown: None,
             trouble: None,
         })
     }
@@ -315,18 +340,38 @@ impl OpenWindow {
         self.x11_id.is_some() || !self.is_seen
     }
 
+    /// Shows the last frame drawn if it is not shown yet.
+    fn show_frame(&mut self) {
+        if self.unshown.is_some() {
+            self.viewer.present_deferred();
+            self.note_shown();
+        }
+    }
+
+    /// Notes that the last frame drawn is shown.
+    fn note_shown(&mut self) {
+        let true_at = self.unshown.take().and_then(|frame| frame.true_at);
+        if let (Some(true_at), Some(watch)) = (true_at, &mut self.watch) {
+            watch.note_frame(true_at);
+        }
+    }
+
     /// Steps the view; returns when the panels want the next step, and whether a frame was drawn.
     fn step(&mut self) -> anyhow::Result<(Duration, bool)> {
         let input = self.egui.take_egui_input(&self.window);
         self.window.pre_present_notify();
         let true_at = boot_nanos();
         let frame = self.viewer.frame(input)?;
-        if frame.trouble.is_none()
-            && let Some(watch) = &mut self.watch
-        {
-            if frame.is_drawn {
-                watch.note_frame(true_at);
-            } else if frame.is_current {
+        match frame.is_drawn {
+            // With its submission the frame before it was shown.
+            true => self.note_shown(),
+            false => self.show_frame(),
+        }
+        let is_healthy = frame.trouble.is_none();
+        if frame.is_drawn {
+            self.unshown = Some(UnshownFrame { true_at: is_healthy.then_some(true_at) });
+        } else if let Some(watch) = self.watch.as_mut().filter(|_| is_healthy) {
+            if frame.is_current {
                 watch.note_unchanged(true_at, self.viewer.has_finished_frame());
             } else if !self.is_mapped {
                 watch.note_unmapped(true_at);

@@ -8,7 +8,7 @@ use crate::age::age_text;
 use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::{
     AlarmList, AlarmModel, AlarmRow, AlarmRows, Command, ValueMark, alarm_detail,
-    alarm_source_status, hatch, origin_mark, theme,
+    alarm_source_status, origin_mark, quality_hatching, theme,
 };
 
 /// Height of a row, points.
@@ -148,7 +148,11 @@ fn row(ui: &mut Ui, alarm: &AlarmRow, selected: bool, lit: bool) -> Response {
     }
     if let Some(uncertainty) = &alarm.uncertainty {
         let ground = column(rect, 5).union(column(rect, 6)).shrink2(vec2(0.0, 1.0));
-        hatch::fill(ui.painter(), ground, &ValueMark::Bad { reason: uncertainty.clone() });
+        quality_hatching::fill(
+            ui.painter(),
+            ground,
+            &ValueMark::Bad { reason: uncertainty.clone() },
+        );
     }
     let center = rect.left_center() + vec2(MARK_WIDTH * 0.5, 0.0);
     let has_ring = alarm.is_unacknowledged && lit;

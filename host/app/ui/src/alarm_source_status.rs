@@ -2,7 +2,7 @@
 
 use egui::{Sense, Ui, Vec2, vec2};
 
-use crate::{AlarmSourceStatus, ValueMark, hatch, theme};
+use crate::{AlarmSourceStatus, ValueMark, quality_hatching, theme};
 
 /// Sources of alarms that the head names.
 const MAX_SOURCES: usize = 4;
@@ -22,7 +22,7 @@ pub(crate) fn show(ui: &mut Ui, sources: &[AlarmSourceStatus]) {
         let (rect, response) =
             ui.allocate_exact_size(text.size() + 2.0 * ENTRY_MARGIN, Sense::hover());
         if let Some(reason) = &status.uncertainty {
-            hatch::fill(ui.painter(), rect, &ValueMark::Bad { reason: reason.clone() });
+            quality_hatching::fill(ui.painter(), rect, &ValueMark::Bad { reason: reason.clone() });
         }
         ui.painter().galley(rect.min + ENTRY_MARGIN, text, ink);
         response.on_hover_text(hint);

@@ -3,6 +3,7 @@
 use egui::{Align2, Color32, Pos2, Response, Sense, Shape, Stroke, Ui, Vec2, vec2};
 
 use crate::search_field::SearchField;
+use crate::shortcuts::Tab;
 use crate::{Command, EquipmentRow, EquipmentRows, theme};
 
 /// Height of a row, points.
@@ -28,8 +29,8 @@ impl EquipmentPanel {
         commands: &mut Vec<Command>,
     ) {
         let step = ROW_HEIGHT + ui.spacing().item_spacing.y;
-        let hint = "Id, alias or name (Ctrl+F)";
-        let (has_changed, keys) = self.search.show(ui, "equipment search", hint, rows.len(), step);
+        let hint = format!("Id, alias or name ({})", Tab::Equipment.shortcut());
+        let (has_changed, keys) = self.search.show(ui, "equipment search", &hint, rows.len(), step);
         if has_changed {
             commands.push(Command::SearchEquipment(self.search.query.clone()));
         }

@@ -12,7 +12,7 @@ use crate::faceplate_records::{self, FaceplateSection};
 use crate::tag_panel::quality_text;
 use crate::{
     AlarmRow, Command, Faceplate, FaceplateState, FaceplateValue, ValueMark, faceplate_verdict,
-    hatch, layers, origin_mark, theme, trend,
+    layers, origin_mark, quality_hatching, theme, trend,
 };
 
 /// Height of a row, points.
@@ -136,7 +136,7 @@ fn alarm_row(ui: &mut Ui, alarm: &AlarmRow, lit: bool, into: &mut Vec<Command>) 
     if let Some(uncertainty) = &alarm.uncertainty {
         let reason = uncertainty.clone();
         let right = rect.with_min_x(rect.left() + 24.0).with_min_y(rect.center().y);
-        hatch::fill(ui.painter(), right, &ValueMark::Bad { reason });
+        quality_hatching::fill(ui.painter(), right, &ValueMark::Bad { reason });
     }
     let has_ring = alarm.is_unacknowledged && lit;
     let symbol = AlarmSymbol { priority: alarm.priority, is_active: alarm.is_active, has_ring };
@@ -182,7 +182,11 @@ fn states(ui: &mut Ui, states: &[FaceplateState]) {
             line(ui, words, RichText::new(&state.state.name), Align::Min);
         } else {
             // Last known, and not known now.
-            hatch::fill(ui.painter(), what.union(age).shrink2(vec2(0.0, 1.0)), &state.mark);
+            quality_hatching::fill(
+                ui.painter(),
+                what.union(age).shrink2(vec2(0.0, 1.0)),
+                &state.mark,
+            );
             let words = format!("not known: was {}", state.state.name);
             line(ui, what, RichText::new(words), Align::Min);
             line(ui, age, RichText::new(state.age.map_or_else(String::new, age_text)), Align::Max);
@@ -207,7 +211,7 @@ fn value_row(ui: &mut Ui, value: &FaceplateValue, into: &mut Vec<Command>) {
     let tag = &value.row;
     let (rect, response) = row(ui);
     let [name, number, age] = columns(rect);
-    hatch::fill(ui.painter(), number.union(age).shrink2(vec2(0.0, 1.0)), &tag.mark);
+    quality_hatching::fill(ui.painter(), number.union(age).shrink2(vec2(0.0, 1.0)), &tag.mark);
     let (_, ink) = theme::background_and_text(ui.ctx(), &tag.mark);
     let caption = match &value.place {
         Some(place) => format!("{place}  {}", tag.name),

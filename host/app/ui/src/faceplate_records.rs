@@ -9,7 +9,7 @@ use egui::{
 };
 
 use crate::faceplate::section;
-use crate::{RecordRow, RecordSection, ValueMark, hatch, theme};
+use crate::{RecordRow, RecordSection, ValueMark, quality_hatching, theme};
 
 /// A part of a faceplate that the bar leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,7 +106,7 @@ fn origin(ui: &mut Ui, list: &RecordSection) {
     let galley = ui.painter().layout(words, theme::small_font(), ink, width);
     let (place, _) = ui.allocate_exact_size(vec2(width, galley.size().y), Sense::hover());
     if let Some(reason) = list.uncertainty.clone() {
-        hatch::fill(ui.painter(), place, &ValueMark::Bad { reason });
+        quality_hatching::fill(ui.painter(), place, &ValueMark::Bad { reason });
     }
     ui.painter().galley(place.min, galley, ink);
     let (count, first) = &list.left_out;
@@ -122,7 +122,7 @@ fn show_uncertain_rows(ui: &mut Ui, uncertainty: &str, list: &RecordSection) {
     let shown = Frame::new().inner_margin(margin).show(ui, |ui| rows(ui, list));
     let side = shown.response.rect;
     let side = side.with_max_x(side.left() + f32::from(DOUBT_MARGIN) - 3.0);
-    hatch::fill(ui.painter(), side, &ValueMark::Bad { reason: uncertainty.to_owned() });
+    quality_hatching::fill(ui.painter(), side, &ValueMark::Bad { reason: uncertainty.to_owned() });
 }
 
 fn rows(ui: &mut Ui, list: &RecordSection) {

@@ -9,7 +9,7 @@ use egui::{
 
 use crate::chart_model::EquipmentExplanation;
 use crate::faceplate::section;
-use crate::{ValueMark, hatch, layers, theme};
+use crate::{ValueMark, layers, quality_hatching, theme};
 
 /// Points: names of zones have room in it, and two of them in a faceplate.
 const DIAGRAM_SIZE: f32 = 138.0;
@@ -28,7 +28,11 @@ pub(crate) fn show(ui: &mut Ui, faceplate: &str, explained: &EquipmentExplanatio
     }
     let taken = ui.label(&explained.taken);
     if explained.is_outdated {
-        hatch::fill(ui.painter(), taken.rect, &ValueMark::Uncertain { reason: String::new() });
+        quality_hatching::fill(
+            ui.painter(),
+            taken.rect,
+            &ValueMark::Uncertain { reason: String::new() },
+        );
         ui.label(RichText::new("× too old to speak for the equipment").strong());
     }
     ui.add(Label::new(RichText::new(&explanation.verdict).size(14.0)).wrap());

@@ -8,7 +8,7 @@ use egui::{Context, Painter, RawInput, Rect, Ui, Vec2, pos2};
 use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::layers::{self, FlowArrowKind};
 use crate::switch_symbols::{self, SwitchState};
-use crate::{LegendRow, ValueMark, hatch, origin_band, origin_mark, theme};
+use crate::{LegendRow, ValueMark, origin_band, origin_mark, quality_hatching, theme};
 
 /// Side of a test picture, pixels.
 const SIDE: usize = 48;
@@ -172,7 +172,7 @@ fn values_of_every_quality_and_severity_are_distinguishable() {
         ValueMark::LateDisplay,
     ];
     assert_all_differ(&marks, |painter, rect, mark| {
-        hatch::fill(painter, rect.shrink2(Vec2::new(4.0, 15.0)), mark);
+        quality_hatching::fill(painter, rect.shrink2(Vec2::new(4.0, 15.0)), mark);
         let (_, ink) = theme::background_and_text(painter.ctx(), mark);
         let symbol = theme::symbol(mark);
         painter.text(rect.center(), egui::Align2::CENTER_CENTER, symbol, theme::value_font(), ink);

@@ -16,7 +16,7 @@ pub(crate) use self::placement::LabelPlacement;
 use self::placement::LabelRequest;
 use crate::age::age_text;
 
-use crate::{Label, LabelLine, ValueMark, hatch, origin_mark, theme};
+use crate::{Label, LabelLine, ValueMark, origin_mark, quality_hatching, theme};
 
 const PADDING: f32 = 6.0;
 const CORNER: f32 = 3.0;
@@ -187,7 +187,7 @@ impl LabelBox {
                 pos2(value_left - 4.0, top),
                 pos2(inner.right(), top + ROW_HEIGHT - 1.0),
             );
-            hatch::fill(painter, ground, &mark);
+            quality_hatching::fill(painter, ground, &mark);
             let middle = ground.center().y;
             let at = |x: f32, galley: &Galley| pos2(x, middle - galley.size().y * 0.5);
             painter.galley(

@@ -7,7 +7,7 @@ use egui::{
 };
 
 use crate::switch_symbols::{self, SwitchState};
-use crate::{Command, ContourRow, LayerRow, LegendRow, ValueMark, hatch, theme};
+use crate::{Command, ContourRow, LayerRow, LegendRow, ValueMark, quality_hatching, theme};
 
 /// Points between the layers and the edge of the scene.
 const MARGIN: f32 = 8.0;
@@ -195,7 +195,7 @@ fn contour_entries(ui: &mut Ui, contour: &ContourRow) {
         }
     });
     row(ui, "no data", &|painter, rect| {
-        hatch::draw_stripes(painter, rect, &ValueMark::Bad { reason: String::new() });
+        quality_hatching::draw_stripes(painter, rect, &ValueMark::Bad { reason: String::new() });
         painter.rect_stroke(rect, 0.0, line, StrokeKind::Inside);
     });
     ui.horizontal(|ui| {

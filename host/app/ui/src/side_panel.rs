@@ -1,28 +1,11 @@
 //! Side panel with the tabs equipment, tags, display and plugins.
 
-use egui::{Event, Key, ScrollArea, Ui};
+use egui::{ScrollArea, Ui};
 
 use crate::equipment_panel::EquipmentPanel;
 use crate::search_field::SearchField;
+use crate::shortcuts::Tab;
 use crate::{Command, FrameTimes, ListModels, ViewModel, model_panel, plugin_panel, tag_panel};
-
-/// Tab of the side panel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Tab {
-    #[default]
-    Equipment,
-    Tags,
-    Display,
-    Plugins,
-}
-
-/// Tabs with their names and, with Ctrl, their keys.
-const TABS: [(Tab, &str, Key); 4] = [
-    (Tab::Equipment, "Equipment", Key::F),
-    (Tab::Tags, "Tags", Key::T),
-    (Tab::Display, "Display", Key::D),
-    (Tab::Plugins, "Plugins", Key::P),
-];
 
 /// The panel between frames.
 #[derive(Clone, Debug, Default)]
@@ -35,18 +18,7 @@ pub(crate) struct SidePanel {
 impl SidePanel {
     /// Turns to the tab whose key is pressed, ready to type; whether one is.
     pub(crate) fn take_keys(&mut self, context: &egui::Context) -> bool {
-        let chosen = context.input(|input| {
-            let of_event = |event: &Event| match event {
-                Event::Key { key, pressed: true, repeat: false, modifiers, .. }
-                    if modifiers.command =>
-                {
-                    TABS.iter().find(|(.., of_tab)| of_tab == key).map(|(tab, ..)| *tab)
-                }
-                _ => None,
-            };
-            input.events.iter().filter_map(of_event).next_back()
-        });
-        let Some(tab) = chosen else { return false };
+        let Some(tab) = Tab::pressed(context) else { return false };
         self.tab = tab;
         match tab {
             Tab::Equipment => self.equipment.search.focus(),
@@ -65,9 +37,9 @@ impl SidePanel {
     ) {
         ui.add_space(3.0);
         ui.horizontal(|ui| {
-            for (tab, name, key) in TABS {
-                let label = ui.selectable_label(self.tab == tab, name);
-                if label.on_hover_text(format!("Ctrl+{}", key.name())).clicked() {
+            for tab in Tab::ALL {
+                let label = ui.selectable_label(self.tab == tab, tab.name());
+                if label.on_hover_text(tab.shortcut()).clicked() {
                     self.tab = tab;
                 }
             }

@@ -5,7 +5,7 @@ use busbar_types::Origin;
 use egui::{Align2, Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 
 use crate::age::{Age, age_text};
-use crate::{ValueMark, hatch, origin_mark, theme};
+use crate::{ValueMark, origin_mark, quality_hatching, theme};
 
 /// Half a side of a flag, points.
 const HALF: f32 = 7.0;
@@ -152,7 +152,11 @@ pub(crate) fn shape(painter: &Painter, center: Pos2, state: SwitchState) {
             painter.line_segment([cross.right_top(), cross.left_bottom()], stroke);
         }
         SwitchState::Unknown => {
-            hatch::draw_stripes(painter, square, &ValueMark::Bad { reason: String::new() });
+            quality_hatching::draw_stripes(
+                painter,
+                square,
+                &ValueMark::Bad { reason: String::new() },
+            );
             let font = theme::small_font();
             painter.circle_filled(pos2(center.x, center.y), 5.0, palette.background);
             painter.text(center, Align2::CENTER_CENTER, "?", font, palette.text);

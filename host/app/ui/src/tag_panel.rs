@@ -4,7 +4,8 @@ use egui::{Align, Align2, Layout, RichText, Sense, Ui, UiBuilder, Vec2};
 
 use crate::age::age_text;
 use crate::search_field::SearchField;
-use crate::{Command, TagRow, TagRows, ValueMark, hatch, origin_mark, theme};
+use crate::shortcuts::Tab;
+use crate::{Command, TagRow, TagRows, ValueMark, origin_mark, quality_hatching, theme};
 
 /// Height of a row, points.
 const ROW_HEIGHT: f32 = 18.0;
@@ -19,8 +20,8 @@ pub(crate) fn show(
     commands: &mut Vec<Command>,
 ) {
     let step = ROW_HEIGHT + ui.spacing().item_spacing.y;
-    let hint = "Tag, name or equipment (Ctrl+T)";
-    let (has_changed, keys) = filter.show(ui, "tag filter", hint, tags.len(), step);
+    let hint = format!("Tag, name or equipment ({})", Tab::Tags.shortcut());
+    let (has_changed, keys) = filter.show(ui, "tag filter", &hint, tags.len(), step);
     if has_changed {
         commands.push(Command::FilterTags(filter.query.clone()));
     }
@@ -68,7 +69,7 @@ fn row(ui: &mut Ui, tag: &TagRow) -> egui::Response {
         ui.allocate_exact_size(Vec2::new(ui.available_width(), ROW_HEIGHT), Sense::click());
     // The ground lies under value and quality, where the mark must show.
     let ground = column(rect, 1).union(column(rect, 2));
-    hatch::fill(ui.painter(), ground.shrink2(Vec2::new(0.0, 1.0)), &tag.mark);
+    quality_hatching::fill(ui.painter(), ground.shrink2(Vec2::new(0.0, 1.0)), &tag.mark);
     let (_, ink) = theme::background_and_text(ui.ctx(), &tag.mark);
     let value =
         if tag.unit.is_empty() { tag.value.clone() } else { format!("{} {}", tag.value, tag.unit) };

@@ -7,7 +7,8 @@ use egui::{Align2, Rangef, Rect, Stroke, Ui, pos2, vec2};
 use egui_plot::{AxisHints, GridMark, HLine, Line, Plot, PlotPoint, PlotPoints, PlotTransform};
 
 use crate::{
-    Command, Trend, TrendOrigin, TrendPoint, TrendState, ValueMark, hatch, origin_mark, theme,
+    Command, Trend, TrendOrigin, TrendPoint, TrendState, ValueMark, origin_mark, quality_hatching,
+    theme,
 };
 
 /// Height of a curve with its axis, points.
@@ -144,7 +145,7 @@ fn stripes(ui: &Ui, transform: &PlotTransform, interval: &QualityInterval, span:
         true => ValueMark::Bad { reason: String::new() },
         false => ValueMark::Uncertain { reason: String::new() },
     };
-    hatch::draw_stripes(&ui.painter().with_clip_rect(frame), place, &mark);
+    quality_hatching::draw_stripes(&ui.painter().with_clip_rect(frame), place, &mark);
 }
 
 /// A time in which a value was good, or was not.

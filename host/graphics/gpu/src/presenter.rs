@@ -29,6 +29,8 @@ pub(crate) struct Presenter {
     outdated: bool,
     /// Surface loss: the surface is to be made anew too.
     surface_lost: bool,
+    /// Submitted frame that is not shown yet.
+    deferred: Option<PresentTarget>,
 }
 
 impl Presenter {
@@ -48,6 +50,7 @@ impl Presenter {
             size: [0, 0],
             outdated: true,
             surface_lost: false,
+            deferred: None,
         })
     }
 
@@ -69,6 +72,7 @@ impl Presenter {
 
     /// Forgets the swapchain with all its semaphores.
     pub(crate) fn reset_swapchain(&mut self) {
+        self.deferred = None;
         self.swapchain = None;
         self.outdated = true;
     }
@@ -140,7 +144,7 @@ impl Presenter {
         let device = Arc::clone(&self.device);
         let next = Swapchain::new(device, &self.surface, &shape, self.swapchain.as_ref());
         // Retired by the attempt, also by one that failed.
-        self.swapchain = None;
+        (self.swapchain, self.deferred) = (None, None);
         self.swapchain = Some(next?);
         self.outdated = false;
         Ok(true)
@@ -227,6 +231,19 @@ impl Presenter {
                 &region,
             );
             self.device.record_barriers(commands, &[show], &[]);
+        }
+    }
+
+    /// Keeps a submitted frame to be shown by [`Presenter::present_deferred`].
+    pub(crate) fn defer(&mut self, target: PresentTarget) {
+        self.deferred = Some(target);
+    }
+
+    /// Shows the frame that was deferred, if any; reports whether there was one.
+    pub(crate) fn present_deferred(&mut self) -> Result<bool, GpuError> {
+        match self.deferred.take() {
+            Some(target) => self.present(&target).map(|()| true),
+            None => Ok(false),
         }
     }
 

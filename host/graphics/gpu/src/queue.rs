@@ -37,6 +37,8 @@ pub struct GpuQueue {
     pub(crate) slots: Vec<CommandSlot>,
     /// Triangles of one part of a pass; `None` draws each pass in one.
     pub(crate) max_triangles_per_pass: Option<NonZeroU32>,
+    /// True where frames are shown later than they are submitted.
+    pub(crate) defers_presentation: bool,
     next_frame: usize,
     frame_millis: Option<f64>,
     stage_millis: StageMillis,
@@ -81,6 +83,7 @@ impl GpuQueue {
             presenter,
             slots,
             max_triangles_per_pass: None,
+            defers_presentation: false,
             next_frame: 0,
             frame_millis: None,
             stage_millis: StageMillis::default(),
@@ -97,6 +100,28 @@ impl GpuQueue {
     /// resumes with its attachments preserved. `None` draws each pass in one.
     pub fn set_max_triangles_per_pass(&mut self, limit: Option<NonZeroU32>) {
         self.max_triangles_per_pass = limit;
+    }
+
+    /// Defers the presentation of frames where the processor draws: there the caller of a present
+    /// waits until the frame is drawn, and cannot prepare the next one meanwhile. A frame is shown
+    /// by [`GpuQueue::present_deferred`], and at the latest with the next submission.
+    pub fn defer_presentation(&mut self, is_deferred: bool) {
+        self.defers_presentation = is_deferred && self.gpu.is_software();
+    }
+
+    /// Shows the frame that was deferred, if any; reports whether there was one. Waits until it is
+    /// drawn.
+    ///
+    /// # Errors
+    /// When the device is lost or memory runs out.
+    pub fn present_deferred(&mut self) -> Result<bool, GpuError> {
+        let Some(presenter) = &mut self.presenter else { return Ok(false) };
+        let presented = presenter.present_deferred();
+        if presented.is_err() {
+            // Its semaphores may be left signalled: make all of it anew.
+            presenter.reset_swapchain();
+        }
+        presented
     }
 
     /// Returns the GPU time of the last frame that finished, milliseconds, if the device measures

@@ -163,7 +163,8 @@ impl<'g> Recorder<'g> {
         self.queue.slots[self.slot].resume()
     }
 
-    /// Submits the recorded commands and shows the picture in the window. Returns false if the
+    /// Submits the recorded commands and shows the picture in the window, at once or deferred
+    /// ([`GpuQueue::defer_presentation`]). Returns false if the
     /// window changed meanwhile or took no picture: then it does not show this one.
     ///
     /// # Errors
@@ -182,6 +183,7 @@ impl<'g> Recorder<'g> {
 
     fn present_to(&mut self, presenter: &mut Presenter, picture: &Image) -> Result<bool, GpuError> {
         self.transition(picture, ImageUse::CopySource);
+        presenter.present_deferred()?;
         let Some(target) = presenter.acquire(self.slot)? else {
             self.finish(None, None)?;
             return Ok(false);
@@ -190,7 +192,10 @@ impl<'g> Recorder<'g> {
         // by the transition above and is kept alive.
         unsafe { presenter.record_copy(self.commands(), picture, &target) };
         self.finish(Some(target.acquired), Some(target.presentable))?;
-        presenter.present(&target)?;
+        match self.queue.defers_presentation {
+            true => presenter.defer(target),
+            false => presenter.present(&target)?,
+        }
         Ok(presenter.fits_window())
     }
 
@@ -200,6 +205,7 @@ impl<'g> Recorder<'g> {
         signal: Option<vk::Semaphore>,
     ) -> Result<(), GpuError> {
         self.command_slot().end()?;
+        self.queue.present_deferred()?;
         // SAFETY: the commands were just ended; the semaphores come from the
         // presenter, in the states a presented frame asks for; `&mut` of the
         // queue makes this the only submission.

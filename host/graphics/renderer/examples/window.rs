@@ -1,5 +1,5 @@
-//! Draws 200 frames into a window while its size changes every tenth frame,
-//! with the validation layer on. Fails if the layer says anything.
+//! Draws 200 frames into a window while its size changes every tenth frame, with the validation
+//! layer on; the second half of them is shown deferred. Fails if the layer says anything.
 
 mod yard;
 
@@ -19,6 +19,10 @@ use winit::window::{Window, WindowId};
 
 const FRAMES: u32 = 200;
 const FRAMES_PER_SIZE: u32 = 10;
+/// First frame whose presentation is deferred, and the period of those that are shown before the
+/// next one is drawn.
+const FIRST_DEFERRED: u32 = FRAMES / 2;
+const SHOWN_PERIOD: u32 = 7;
 
 /// At least so many frames must have been shown, not skipped.
 const MIN_SHOWN: u32 = FRAMES / 2;
@@ -93,6 +97,7 @@ impl App {
             return Ok(());
         };
         if self.drawn == FRAMES {
+            view.renderer.present_deferred()?;
             std::thread::sleep(LAST_LOOK);
             event_loop.exit();
             return Ok(());
@@ -104,7 +109,14 @@ impl App {
                 view.renderer.resize(size.into());
             }
         }
+        if self.drawn == FIRST_DEFERRED {
+            view.renderer.defer_presentation();
+        }
         self.shown += u32::from(view.draw(self.drawn)?);
+        if self.drawn >= FIRST_DEFERRED && self.drawn.is_multiple_of(SHOWN_PERIOD) {
+            view.renderer.present_deferred()?;
+            ensure!(!view.renderer.present_deferred()?, "a frame is shown once");
+        }
         self.drawn += 1;
         view.window.request_redraw();
         Ok(())

@@ -38,7 +38,7 @@ pub(crate) struct Batch {
     /// Handedness: the transforms mirror.
     pub(crate) mirrored: bool,
     pub(crate) highlights: Highlights,
-    /// Range in [`DrawPlan::instances`](crate::draw_plan::DrawPlan::instances): those that may be in the picture. Where there are
+    /// Range in [`VisibleInstances::instances`](crate::instance_culling::VisibleInstances::instances): those that may be in the picture. Where there are
     /// none, it is ready for the camera to turn, but not drawn.
     pub(crate) instances: Range<u32>,
     /// Number of instances, from the first on, that are drawn in the first phase.

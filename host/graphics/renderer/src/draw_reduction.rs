@@ -11,9 +11,9 @@ use busbar_gpu::{DrawCall, Image, Recorder};
 use busbar_shaders::Instance;
 
 use crate::batch::DrawPhase;
-use crate::draw_plan::DrawPlan;
 use crate::index_cache::IndexCache;
 use crate::instance_buckets::InstanceBuckets;
+use crate::instance_culling::VisibleInstances;
 use crate::mesh_preparation::MeshPreparation;
 use crate::model::GpuModel;
 use crate::section_draw::SectionDraw;
@@ -65,7 +65,7 @@ pub(crate) trait DrawReduction: Send {
     }
 
     /// Decides which instances are drawn in the first phase, if there are two.
-    fn assign_phases(&self, _scene: DrawnScene<'_>, _plan: &mut DrawPlan) {}
+    fn assign_phases(&self, _scene: DrawnScene<'_>, _plan: &mut VisibleInstances) {}
 
     /// Begins a phase: makes room for what it draws.
     ///
@@ -75,7 +75,7 @@ pub(crate) trait DrawReduction: Send {
         &mut self,
         _recorder: &Recorder<'_>,
         _cache: &IndexCache,
-        _phase: (&DrawPlan, DrawPhase),
+        _phase: (&VisibleInstances, DrawPhase),
     ) -> Result<(), RenderError> {
         Ok(())
     }
@@ -102,7 +102,7 @@ pub(crate) trait DrawReduction: Send {
         _recorder: &mut Recorder<'_>,
         _depth: &Image,
         _models: &[Option<GpuModel>],
-        _plan: &mut DrawPlan,
+        _plan: &mut VisibleInstances,
     ) -> Result<[Instant; 2], RenderError> {
         Ok([Instant::now(); 2])
     }

@@ -5,7 +5,7 @@ use busbar_gpu::{BindGroup, BindGroupLayout, Binding, Buffer, BufferUsage, Gpu};
 use busbar_shaders::{FrameUniform, Instance};
 
 use crate::RenderError;
-use crate::draw_plan::DrawPlan;
+use crate::instance_culling::VisibleInstances;
 
 /// Instances in one frame.
 pub const MAX_INSTANCES: usize = 1_000_000;
@@ -67,9 +67,9 @@ impl FrameBuffers {
         gpu: &Gpu,
         layout: (&BindGroupLayout, &[Binding<'_>]),
         uniform: &FrameUniform,
-        plan: &DrawPlan,
+        plan: &VisibleInstances,
     ) -> Result<(), RenderError> {
-        let DrawPlan { instances, feature_highlights: highlights, .. } = plan;
+        let VisibleInstances { instances, feature_highlights: highlights, .. } = plan;
         bound("instances in one frame", instances.len(), MAX_INSTANCES)?;
         bound("features in one frame", highlights.len(), MAX_FEATURE_HIGHLIGHTS)?;
         let Capacities { instances: instance_capacity, highlights: highlight_capacity } =
@@ -89,7 +89,7 @@ impl FrameBuffers {
     }
 
     /// Writes a plan's instances again, in another order.
-    pub(crate) fn write_instances(&self, plan: &DrawPlan) -> Result<(), RenderError> {
+    pub(crate) fn write_instances(&self, plan: &VisibleInstances) -> Result<(), RenderError> {
         Ok(self.instances.write(bytemuck::cast_slice(&plan.instances))?)
     }
 }

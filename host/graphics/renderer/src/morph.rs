@@ -14,7 +14,7 @@ use busbar_shaders::{MORPH, MORPH_GROUP, MorphStep, Vertex};
 
 use crate::RenderError;
 use crate::batch::{Batch, IndexKey, MorphKey};
-use crate::draw_plan::DrawPlan;
+use crate::instance_culling::VisibleInstances;
 use crate::layer::get_or_create;
 use crate::model::{GpuMesh, GpuModel};
 
@@ -119,7 +119,7 @@ impl Morpher {
         &mut self,
         recorder: &mut Recorder<'_>,
         models: &[Option<GpuModel>],
-        plan: &DrawPlan,
+        plan: &VisibleInstances,
     ) -> Result<(), RenderError> {
         self.clock += 1;
         self.offsets.clear();
@@ -170,7 +170,7 @@ impl Morpher {
     fn steps<'a>(
         &mut self,
         models: &'a [Option<GpuModel>],
-        plan: &DrawPlan,
+        plan: &VisibleInstances,
     ) -> Result<Vec<MorphDispatch<'a>>, RenderError> {
         let mut steps = Vec::new();
         let mut vertices = 0;

@@ -10,10 +10,10 @@ use busbar_gpu::{
 use busbar_shaders::{FrameUniform, OUTLINE};
 
 use crate::batch::DrawPhase;
-use crate::draw_plan::{CullView, DrawPlan, mesh_at};
 use crate::draw_reduction::NoReduction;
 use crate::frame_buffers::{FrameBuffers, MAX_FEATURE_HIGHLIGHTS};
 use crate::instance_buckets::InstanceBuckets;
+use crate::instance_culling::{CullView, VisibleInstances, mesh_at};
 use crate::instance_transform::world_from_mesh;
 use crate::layer::{Layer, get_or_create};
 use crate::model::GpuModel;
@@ -42,7 +42,7 @@ pub(crate) struct Outlines {
     lines: Pipeline,
     streams: Vec<FrameBuffers>,
     buckets: InstanceBuckets,
-    plan: DrawPlan,
+    plan: VisibleInstances,
     /// Outline kinds of the objects 1, 2 and so on, as highlights.
     kinds: Vec<[f32; 4]>,
     /// Instances that have an outline.
@@ -71,7 +71,7 @@ impl Outlines {
             lines: screen_pipeline(gpu, lines, &groups, over)?,
             streams,
             buckets: InstanceBuckets::default(),
-            plan: DrawPlan::default(),
+            plan: VisibleInstances::default(),
             kinds: Vec::new(),
             instances: Vec::new(),
         })
@@ -198,7 +198,7 @@ struct OutlineArea {
 impl OutlineArea {
     /// Computes the area that a plan covers; `None` where that is nothing.
     fn new(
-        (plan, models): (&DrawPlan, &[Option<GpuModel>]),
+        (plan, models): (&VisibleInstances, &[Option<GpuModel>]),
         camera: &CameraView,
         size: [u32; 2],
     ) -> Option<Self> {

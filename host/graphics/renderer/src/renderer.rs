@@ -63,6 +63,7 @@ struct RendererSetup {
     gpu: GpuOptions,
     picture: PictureSettings,
     window: Option<Arc<dyn WindowHandles>>,
+    defers_presentation: bool,
 }
 
 /// Quality and samples, for hardware and for software rasterizers.
@@ -152,7 +153,12 @@ impl Renderer {
             ..GpuOptions::default()
         };
         Self::open_with(
-            RendererSetup { gpu, picture: PictureSettings::from_options(options), window },
+            RendererSetup {
+                gpu,
+                picture: PictureSettings::from_options(options),
+                window,
+                defers_presentation: false,
+            },
             size,
         )
     }
@@ -163,6 +169,7 @@ impl Renderer {
             None => GpuQueue::headless(&setup.gpu)?,
         };
         queue.resize_window(size);
+        queue.defer_presentation(setup.defers_presentation);
         let gpu = &queue.gpu().clone();
         let is_software = gpu.is_software();
         let reduction: Box<dyn DrawReduction> =
@@ -387,7 +394,27 @@ impl Renderer {
         self.queue.resize_window(size);
     }
 
-    /// Draws a frame; in a window, shows it.
+    /// Defers showing frames in the window where the processor draws, so that the next frame can be
+    /// prepared meanwhile: each is shown by [`Renderer::present_deferred`], and at the latest with
+    /// the next frame.
+    pub fn defer_presentation(&mut self) {
+        self.setup.defers_presentation = true;
+        self.queue.defer_presentation(true);
+    }
+
+    /// Shows the last frame if that was deferred; reports whether it was.
+    ///
+    /// # Errors
+    /// When the device is lost or memory runs out; the next frame is drawn anew.
+    pub fn present_deferred(&mut self) -> Result<bool, RenderError> {
+        let presented = self.queue.present_deferred();
+        if presented.is_err() {
+            self.invalidate_shown();
+        }
+        Ok(presented?)
+    }
+
+    /// Draws a frame; in a window, shows it, unless [`Renderer::defer_presentation`] was called.
     ///
     /// # Errors
     /// When the frame asks for what is not there or too much, memory runs out,

@@ -8,10 +8,10 @@ use smallvec::SmallVec;
 
 use crate::RenderError;
 use crate::batch::{Batch, DrawPhase};
-use crate::draw_plan::DrawPlan;
 use crate::draw_reduction::DrawReduction;
 use crate::features::FeatureResources;
 use crate::index_cache::IndexCache;
+use crate::instance_culling::VisibleInstances;
 use crate::instance_transform::world_from_mesh;
 use crate::material::GpuMaterial;
 use crate::model::{GpuMesh, GpuModel};
@@ -34,7 +34,7 @@ pub(crate) enum Sections {
 pub(crate) struct SceneDrawer<'a> {
     pub(crate) models: &'a [Option<GpuModel>],
     pub(crate) cache: &'a IndexCache,
-    pub(crate) plan: &'a DrawPlan,
+    pub(crate) plan: &'a VisibleInstances,
     pub(crate) frame_group: &'a BindGroup,
     /// The plan's instances on the device.
     pub(crate) instances: &'a Buffer,

@@ -14,13 +14,13 @@ use rayon::prelude::*;
 use crate::ambient_occlusion::AmbientOcclusion;
 use crate::batch::{DrawPhase, IndexKey};
 use crate::density_planes::DensityPlaneResources;
-use crate::draw_plan::{CullView, DrawPlan, OcclusionQuery};
 use crate::draw_reduction::{DrawReduction, DrawnScene, NoReduction, ReducedView};
 use crate::features::FeatureResources;
 use crate::frame_buffers::FrameBuffers;
 use crate::ground::GroundResources;
 use crate::index_cache::{IndexCache, MAX_CACHED_INDEX_BYTES};
 use crate::instance_buckets::InstanceBuckets;
+use crate::instance_culling::{CullView, OcclusionQuery, VisibleInstances};
 use crate::layer::get_or_create;
 use crate::material::MaterialResources;
 use crate::model::{GpuMesh, GpuModel};
@@ -101,7 +101,7 @@ enum ViewKind {
 #[derive(Default)]
 struct ViewState {
     buckets: InstanceBuckets,
-    plan: DrawPlan,
+    plan: VisibleInstances,
 }
 
 /// Resources that high quality adds.
@@ -246,7 +246,7 @@ impl SceneResources {
     fn resolve_missing(
         &mut self,
         recorder: &mut Recorder<'_>,
-        plan: &DrawPlan,
+        plan: &VisibleInstances,
     ) -> Result<(), RenderError> {
         let mut missing = Vec::new();
         for batch in &plan.batches {
@@ -278,7 +278,7 @@ impl SceneResources {
         (kind, stream): (ViewKind, usize),
         frame: &Frame<'_>,
         area: &PixelArea,
-    ) -> Result<DrawPlan, RenderError> {
+    ) -> Result<VisibleInstances, RenderError> {
         let _span = tracing::debug_span!("prepare").entered();
         let ViewState { buckets, plan } = &mut self.views[kind as usize];
         let mut plan = std::mem::take(plan);
@@ -329,7 +329,7 @@ impl SceneResources {
     /// Makes the drawer of a phase.
     fn drawer<'a>(
         &'a self,
-        (plan, phase): (&'a DrawPlan, DrawPhase),
+        (plan, phase): (&'a VisibleInstances, DrawPhase),
         stream: usize,
         frame: &Frame<'_>,
         reduction: &'a dyn DrawReduction,
@@ -356,7 +356,7 @@ impl SceneResources {
         recorder: &mut Recorder<'_>,
         targets: &SceneTargets,
         frame: &Frame<'_>,
-        plan: &mut DrawPlan,
+        plan: &mut VisibleInstances,
     ) -> Result<Option<FirstPass>, RenderError> {
         let Some(depth) = targets.single_sample_depth().filter(|_| plan.has_first_phase) else {
             return Ok(None);

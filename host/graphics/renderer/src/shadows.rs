@@ -7,10 +7,10 @@ use busbar_gpu::{
 use glam::Mat4;
 
 use crate::batch::DrawPhase;
-use crate::draw_plan::{CullView, DrawPlan};
 use crate::draw_reduction::NoReduction;
 use crate::frame_buffers::FrameBuffers;
 use crate::instance_buckets::InstanceBuckets;
+use crate::instance_culling::{CullView, VisibleInstances};
 use crate::model::GpuModel;
 use crate::morph::Morpher;
 use crate::pipelines::PipelineVariants;
@@ -43,7 +43,7 @@ pub(crate) struct Shadows {
     sampler: Sampler,
     streams: Vec<FrameBuffers>,
     buckets: InstanceBuckets,
-    plan: DrawPlan,
+    plan: VisibleInstances,
     shown: Option<ShadowMapState>,
 }
 
@@ -64,7 +64,7 @@ impl Shadows {
             sampler,
             streams: Vec::new(),
             buckets,
-            plan: DrawPlan::default(),
+            plan: VisibleInstances::default(),
             shown: None,
         })
     }

@@ -26,9 +26,9 @@ use self::mesh_data::SoftwareMesh;
 use self::occlusion_test::OcclusionTest;
 use self::triangle_culling::{TriangleCuller, is_culled, reserve};
 use crate::batch::DrawPhase;
-use crate::draw_plan::DrawPlan;
 use crate::draw_reduction::{DrawReduction, DrawnScene, ReducedView};
 use crate::index_cache::IndexCache;
+use crate::instance_culling::VisibleInstances;
 use crate::mesh_preparation::MeshPreparation;
 use crate::model::GpuModel;
 use crate::section_draw::SectionDraw;
@@ -111,7 +111,7 @@ impl DrawReduction for SoftwareReduction {
         self.large_faces.is_occluded(instance, bounds)
     }
 
-    fn assign_phases(&self, scene: DrawnScene<'_>, plan: &mut DrawPlan) {
+    fn assign_phases(&self, scene: DrawnScene<'_>, plan: &mut VisibleInstances) {
         if let Some(eye) = self.eye().filter(|_| self.allows_two_passes) {
             plan.sort_near_first((scene.models, scene.cache), eye);
         }
@@ -121,7 +121,7 @@ impl DrawReduction for SoftwareReduction {
         &mut self,
         recorder: &Recorder<'_>,
         cache: &IndexCache,
-        (plan, phase): (&DrawPlan, DrawPhase),
+        (plan, phase): (&VisibleInstances, DrawPhase),
     ) -> Result<(), RenderError> {
         let has_depth = phase == DrawPhase::Second && plan.has_first_phase;
         self.phase = Phase { slot: recorder.slot(), has_depth, taken: Cell::new(0) };
@@ -154,7 +154,7 @@ impl DrawReduction for SoftwareReduction {
         recorder: &mut Recorder<'_>,
         depth: &Image,
         models: &[Option<GpuModel>],
-        plan: &mut DrawPlan,
+        plan: &mut VisibleInstances,
     ) -> Result<[Instant; 2], RenderError> {
         if let Some(camera) = &self.camera {
             self.first_pass_depth.begin(camera, self.size);

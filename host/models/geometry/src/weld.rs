@@ -4,6 +4,7 @@
 //! from its indices are nearly all false borders. Positions are welded when
 //! they are bit-equal (with -0 read as 0), within one feature of one mesh.
 
+mod normals;
 mod point_groups;
 
 use std::hash::BuildHasher;
@@ -12,6 +13,7 @@ use glam::{Vec2, Vec3};
 use hashbrown::{DefaultHashBuilder, HashTable};
 use thiserror::Error;
 
+use self::normals::{face_normal, is_usable};
 use self::point_groups::PointGroups;
 use crate::{Mesh, NO_FEATURE, Section};
 
@@ -346,16 +348,6 @@ fn wedge_key_at(mesh: &Mesh, wedge: u32) -> [u32; 7] {
 /// Turns -0 into 0 by adding zero; every other value stays.
 fn normalize_zero(point: Vec3) -> Vec3 {
     point + Vec3::ZERO
-}
-
-fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
-    let cross = (b - a).as_dvec3().cross((c - a).as_dvec3());
-    cross.try_normalize().map_or(Vec3::Y, |n| n.as_vec3())
-}
-
-/// Files hold zero and NaN normals; the face's own is the best stand-in.
-fn is_usable(normal: Vec3) -> bool {
-    normal.is_finite() && normal.length_squared() > 1e-12
 }
 
 #[cfg(test)]

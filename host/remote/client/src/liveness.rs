@@ -9,6 +9,11 @@ use std::time::{Duration, Instant};
 
 use busbar_protocol::progress::{Activity, PROGRESS_WINDOW, ProgressMeter};
 
+/// Age from which a picture is not live, where a host program does not choose it.
+pub const DEFAULT_SILENT: Duration = Duration::from_millis(500);
+/// Time without heartbeat and without progress after which a viewer is ended, where a host program
+/// does not choose it; at least that of [`DEFAULT_SILENT`] or of what it chose in its place.
+pub const DEFAULT_HUNG: Duration = Duration::from_secs(1);
 /// A viewer that makes progress may go without a frame this long before it counts as livelocked.
 pub const MAX_WITHOUT_FRAME: Duration = Duration::from_secs(30);
 /// A viewer that has a heartbeat and sleeps may go without a frame this long before its frame

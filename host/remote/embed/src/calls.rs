@@ -8,6 +8,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::time::Duration;
 
+use busbar_client::liveness::{DEFAULT_HUNG, DEFAULT_SILENT};
 use busbar_client::{FrameView, Options, PictureState};
 use busbar_protocol::message::Target;
 use busbar_protocol::pictures::{PIXEL_BYTES, picture_bytes};
@@ -24,11 +25,9 @@ impl From<BusbarStatus> for i32 {
 
 /// Default program name of the viewer.
 const PROGRAM: &str = "busbar";
-const SILENT_MILLIS: u32 = 500;
-const HUNG_MILLIS: u32 = 1000;
-const MAX_RESTART_MILLIS: u32 = 5000;
-/// Least limit of a picture's age, milliseconds: one frame takes its time.
-const MIN_SILENT_MILLIS: u32 = 100;
+const MAX_RESTART: Duration = Duration::from_secs(5);
+/// Least limit of a picture's age: one frame takes its time.
+const MIN_SILENT: Duration = Duration::from_millis(100);
 
 /// Runs a call; a panic in it becomes a status and never reaches C.
 pub(crate) fn guarded<T: From<BusbarStatus>>(call: impl FnOnce() -> T) -> T {
@@ -114,16 +113,17 @@ pub unsafe extern "C" fn busbar_view_open(
 /// # Safety
 /// The options' texts are null or end with a zero byte.
 unsafe fn parse(options: &BusbarViewOptions) -> Result<Options, BusbarStatus> {
-    let or = |value: u32, usual: u32| if value == 0 { usual } else { value };
-    let (size, silent) =
-        ([options.width, options.height], or(options.silent_millis, SILENT_MILLIS));
-    let hung = or(options.hung_millis, HUNG_MILLIS.max(silent));
+    let millis = |millis: u32| Duration::from_millis(u64::from(millis));
+    let or = |value: u32, usual: Duration| if value == 0 { usual } else { millis(value) };
+    let size = [options.width, options.height];
+    let silent = or(options.silent_millis, DEFAULT_SILENT);
+    let hung = or(options.hung_millis, DEFAULT_HUNG.max(silent));
     // SAFETY: the caller's.
     let config = unsafe { from_c(options.config) }.filter(|config| !config.is_empty());
     let config = config.and_then(absolute).ok_or(BusbarStatus::Invalid)?;
     let is_valid = picture_bytes(size).is_some()
         && options.flags & !BUSBAR_VIEW_FLAG_PANELS == 0
-        && silent >= MIN_SILENT_MILLIS
+        && silent >= MIN_SILENT
         && hung >= silent;
     if !is_valid {
         return Err(BusbarStatus::Invalid);
@@ -133,7 +133,6 @@ unsafe fn parse(options: &BusbarViewOptions) -> Result<Options, BusbarStatus> {
         // SAFETY: the caller's.
         (!text.is_null()).then(|| unsafe { from_c(text) }.ok_or(BusbarStatus::Invalid)).transpose()
     };
-    let millis = |millis: u32| Duration::from_millis(u64::from(millis));
     Ok(Options {
         program: optional(options.program)?.unwrap_or(PROGRAM).into(),
         config,
@@ -141,9 +140,9 @@ unsafe fn parse(options: &BusbarViewOptions) -> Result<Options, BusbarStatus> {
         size,
         panels: options.flags & BUSBAR_VIEW_FLAG_PANELS != 0,
         operator: optional(options.operator_name)?.unwrap_or_default().to_owned(),
-        silent: millis(silent),
-        hung: millis(hung),
-        longest_delay: millis(or(options.max_restart_millis, MAX_RESTART_MILLIS)),
+        silent,
+        hung,
+        longest_delay: or(options.max_restart_millis, MAX_RESTART),
     })
 }
 

@@ -3,7 +3,7 @@
 //! A viewer is started offscreen and watched as for any host program (`busbar_client`). What
 //! changes of its picture goes to each page over a WebSocket, and hands and commands come
 //! back. A page marks its picture dead by itself, whatever became of viewer, server or
-//! network: see `page/view.js`. `README.md` tells how to embed it.
+//! network: see `page/liveness.js`. `README.md` tells how to embed it.
 #![doc = include_str!("../DESIGN.md")]
 
 mod access;

@@ -22,10 +22,11 @@ use crate::session;
 const ORIGINS_PLACE: &str = "{{origins}}";
 const PAGE: &str = include_str!("page/index.html");
 /// Files of the page: nothing in there is a secret.
-const PARTS: [(&str, &str, &str); 7] = [
+const PARTS: [(&str, &str, &str); 8] = [
     ("/view.css", "text/css", include_str!("page/view.css")),
     ("/view.js", "text/javascript", include_str!("page/view.js")),
-    ("/freshness.js", "text/javascript", include_str!("page/freshness.js")),
+    ("/liveness.js", "text/javascript", include_str!("page/liveness.js")),
+    ("/picture_age.js", "text/javascript", include_str!("page/picture_age.js")),
     ("/connection.js", "text/javascript", include_str!("page/connection.js")),
     ("/picture.js", "text/javascript", include_str!("page/picture.js")),
     ("/input.js", "text/javascript", include_str!("page/input.js")),

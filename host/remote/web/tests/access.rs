@@ -34,7 +34,8 @@ fn the_page_is_for_who_has_the_token() {
     assert_eq!(ask(&server, "/", &[("Cookie", kept)]).status, 200);
     for part in [
         "/view.js",
-        "/freshness.js",
+        "/liveness.js",
+        "/picture_age.js",
         "/connection.js",
         "/picture.js",
         "/input.js",

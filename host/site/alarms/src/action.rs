@@ -5,7 +5,7 @@ use std::time::Duration;
 use busbar_tags::SourceTime;
 use busbar_types::{AlarmAction, AlarmState};
 
-use crate::state::Hold;
+use crate::state_transitions::Hold;
 use crate::{AlarmEvent, AlarmFlags};
 
 /// The longest name of an operator, in bytes.

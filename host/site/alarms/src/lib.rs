@@ -27,7 +27,7 @@ mod record;
 mod set;
 mod source;
 mod spec;
-mod state;
+mod state_transitions;
 mod step;
 mod table;
 mod template;
@@ -51,7 +51,7 @@ pub use source::{
 pub use spec::{
     AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, TagCondition, VerdictCondition,
 };
-pub use state::AlarmFlags;
+pub use state_transitions::AlarmFlags;
 pub use table::{AlarmStatus, AlarmTable, StateCounts};
 pub use template::AlarmTemplate;
 pub use verdict_input::VerdictInput;

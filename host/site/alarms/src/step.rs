@@ -10,7 +10,7 @@ use std::time::Duration;
 use busbar_tags::{Change, Moment, Snapshot, SourceTime, TagHandle, TagState};
 
 use crate::set::User;
-use crate::state::Hold;
+use crate::state_transitions::Hold;
 use crate::table::{AlarmTable, Cause, Pending};
 use crate::verdict_input::VerdictInput;
 use crate::{AlarmEvent, AlarmHandle, AlarmRecord, AlarmSource, Condition, TagCondition};

@@ -9,7 +9,7 @@ use busbar_types::{AlarmAction, AlarmState, Origin, Priority, Value};
 
 use crate::chatter::Chatter;
 use crate::first_out::Group;
-use crate::state::Hold;
+use crate::state_transitions::Hold;
 use crate::timers::Timers;
 use crate::verdict_input::VerdictInput;
 use crate::{

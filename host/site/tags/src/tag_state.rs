@@ -74,7 +74,7 @@ pub(crate) fn value_quality(value: Value, kind: ValueKind) -> Quality {
         return Quality::Bad(Reason::Configuration);
     }
     match value {
-        Value::DoublePoint(DoublePoint::BadState) => Quality::Uncertain(Reason::Sensor),
+        Value::DoublePoint(position) => position.quality(),
         Value::F64(number) if !number.is_finite() => Quality::Bad(Reason::NotFinite),
         _ => Quality::Good,
     }

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use crate::{Quality, Reason};
+
 /// Position of a switch by two contacts (IEC 60870-5-101, 7.2.6.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -34,6 +36,15 @@ impl DoublePoint {
     #[inline]
     pub const fn bits(self) -> u8 {
         self as u8
+    }
+
+    /// Returns the quality of a position: contacts that contradict each other are a doubtful sensor.
+    #[inline]
+    pub const fn quality(self) -> Quality {
+        match self {
+            Self::Intermediate | Self::Off | Self::On => Quality::Good,
+            Self::BadState => Quality::Uncertain(Reason::Sensor),
+        }
     }
 
     /// Finds the position of a word in settings: `intermediate`, `off`, `on` or `bad_state`.

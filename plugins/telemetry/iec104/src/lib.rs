@@ -4,6 +4,7 @@
 //! README.md. One thread serves all connections of a station. It asks for
 //! values, and sends nothing else but, where the settings want it, the time.
 
+pub mod apci_session;
 #[warn(clippy::arithmetic_side_effects, clippy::cast_possible_truncation, clippy::indexing_slicing)]
 #[cfg_attr(test, allow(clippy::arithmetic_side_effects, clippy::indexing_slicing))]
 pub mod codec;
@@ -15,7 +16,6 @@ mod message_matrix;
 mod points;
 pub mod probe;
 mod request_schedule;
-pub mod session;
 mod settings;
 mod simulator;
 mod station;

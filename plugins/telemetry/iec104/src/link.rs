@@ -11,8 +11,8 @@ use thiserror::Error;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::time::{sleep, sleep_until, timeout};
 
+use crate::apci_session::{Event, Session, SessionFault};
 use crate::hub::Hub;
-use crate::session::{Event, Session, SessionFault};
 use crate::settings::Config;
 
 /// Bytes that are read at once.

@@ -18,9 +18,9 @@ use busbar_plugin_sdk::{Quality, Reason, Sample, SampleFlags, Value, ValueKind};
 use fastrand::Rng;
 use serde_json::json;
 
+use crate::apci_session::{Event, Session};
 use crate::codec::{Asdu, Body, Cp56, Frame, Function, Sequence, Zone, cause, split_frame};
 use crate::points::Points;
-use crate::session::{Event, Session};
 use crate::settings::{Config, Settings};
 use crate::station::Station;
 

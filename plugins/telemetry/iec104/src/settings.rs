@@ -9,8 +9,8 @@ use busbar_plugin_sdk::Error;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::apci_session::Parameters;
 use crate::codec::Zone;
-use crate::session::Parameters;
 
 /// Longest of the deadlines t0 to t3 (IEC 60870-5-104, 9.6), milliseconds.
 const MAX_TIMEOUT_MILLIS: u64 = 255_000;

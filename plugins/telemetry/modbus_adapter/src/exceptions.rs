@@ -3,14 +3,17 @@
 use busbar_plugin_sdk::Reason;
 use tokio_modbus::ExceptionCode;
 
+/// Reason of the bad quality of cells that a device refuses.
+pub(crate) const REFUSED: Reason = Reason::Configuration;
+
 /// Meaning of an exception for the tags of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ExceptionEffect {
-    /// Some of the cells do not exist.
+    /// Some of the cells do not exist; those are bad by [`REFUSED`], once they are found.
     SomeRefused,
-    /// None of them can be read.
+    /// None of them can be read: all are bad by [`REFUSED`].
     AllRefused,
-    /// Cells that cannot be read now.
+    /// Cells that cannot be read now, and are bad by this reason.
     Unavailable(Reason),
 }
 

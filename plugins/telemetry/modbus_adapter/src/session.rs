@@ -10,7 +10,7 @@ use tokio_modbus::ExceptionCode;
 use crate::address::Point;
 use crate::connection::{Connection, Connector, LinkFault, Reply, describe};
 use crate::decode::decode;
-use crate::exceptions::{ExceptionEffect, effect_of_exception};
+use crate::exceptions::{ExceptionEffect, REFUSED, effect_of_exception};
 use crate::group::{Group, Origin, Poll, next_due};
 use crate::plan::{Block, plan};
 use crate::settings::Config;
@@ -129,7 +129,7 @@ impl Session {
         }
         for refused in &group.refused {
             let is_silent = link.units.is_left_alone(refused.block.unit, Instant::now());
-            let reason = if is_silent { Reason::Communication } else { Reason::Configuration };
+            let reason = if is_silent { Reason::Communication } else { REFUSED };
             self.publish_bad(&refused.block, reason);
         }
         group.end_poll(&poll, Instant::now());
@@ -219,7 +219,7 @@ impl Session {
                     poll.fall_back(&block, &self.points);
                 } else {
                     // Nobody asks for the halves before the next poll.
-                    self.publish_bad(&block, Reason::Configuration);
+                    self.publish_bad(&block, REFUSED);
                     group.blocks.extend([left, right]);
                 }
             }

@@ -4,9 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::number_format::grouped;
-use document::{Block, Document, Series, machine};
 use fault_injector::{CallSite, Misbehavior};
+use report_writer::number_format::grouped;
+use report_writer::{Block, Document, Series, machine};
 use serde_json::json;
 
 use crate::injection::Outcome;
@@ -16,7 +16,7 @@ use crate::scene::FRESHNESS_MILLIS;
 
 /// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = document::write(&document(results), folder)?.to_vec();
+    let mut files = report_writer::write(&document(results), folder)?.to_vec();
     let path = folder.join("report.json");
     let value = json!({
         "machine": machine(),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use document::{Claim, Series, Verdict};
+use report_writer::{Claim, Series, Verdict};
 use serde::Serialize;
 
 use crate::injection::{Outcome, Record};

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 use clap::{Parser, Subcommand};
-use document::Series;
+use report_writer::Series;
 use serde::Serialize;
 
 use crate::generator::Load;

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
 use busbar_tags::{Event, MAX_EVENTS};
-use document::Series;
+use report_writer::Series;
 use serde::Serialize;
 use serde_json::json;
 

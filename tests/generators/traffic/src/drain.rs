@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use busbar_plugin_host::SampleSink;
 use busbar_tags::{Moment, Sample, TagSet, TagSpec, TagTable};
 use busbar_types::ValueKind;
-use document::Series;
+use report_writer::Series;
 use serde::Serialize;
 use serde_json::json;
 

@@ -76,7 +76,7 @@ fn main() -> Result<()> {
     let mut missed = Vec::new();
     for bar in report::bars(&results) {
         println!("{:<7} {} ({})", bar.verdict.word(), bar.claim, bar.figure);
-        if bar.verdict == document::Verdict::Missed {
+        if bar.verdict == report_writer::Verdict::Missed {
             missed.push(bar.claim);
         }
     }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant, SystemTime};
 use anyhow::{Result, ensure};
 use busbar_tags::TagHandle;
 use busbar_types::Value;
-use document::Series;
+use report_writer::Series;
 use serde::Serialize;
 use serde_json::json;
 

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::number_format::grouped;
-use document::{Block, Claim, Document, Series, Verdict, machine};
+use report_writer::number_format::grouped;
+use report_writer::{Block, Claim, Document, Series, Verdict, machine};
 use serde_json::json;
 
 use crate::requests::{POINTS, REGISTERS, Rates, Requests};
@@ -29,7 +29,7 @@ const HEAD: [&str; 5] = ["", "median", "99th percentile", "longest", "count"];
 
 /// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = document::write(&document(results), folder)?.to_vec();
+    let mut files = report_writer::write(&document(results), folder)?.to_vec();
     let path = folder.join("report.json");
     let bars = bars(results);
     let value = json!({

@@ -22,8 +22,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::{Parser, Subcommand};
-use document::{Claim, Document};
 use indicatif::{ProgressBar, ProgressStyle};
+use report_writer::{Claim, Document};
 use serde_json::{Map, Value, json};
 
 use crate::levels::Plan;
@@ -103,7 +103,7 @@ fn main() -> Result<()> {
     let scene = Scene::paper()?;
     let found = measure_all(&scene, &arguments, &progress)?;
     progress.finish_and_clear();
-    let [markdown, html] = document::write(&found.document(&scene), out)?;
+    let [markdown, html] = report_writer::write(&found.document(&scene), out)?;
     let json = out.join("report.json");
     fs::write(&json, serde_json::to_string_pretty(&found.json(&scene))?)
         .with_context(|| format!("cannot write {}", json.display()))?;
@@ -183,8 +183,8 @@ impl BenchResults {
             let topology = &scene.topology;
             document.text(format!(
                 "{} vertices, {} triangles; {} rounds on {} cores.",
-                document::number_format::grouped(topology.positions.len() as u64),
-                document::number_format::grouped(topology.triangles.len() as u64),
+                report_writer::number_format::grouped(topology.positions.len() as u64),
+                report_writer::number_format::grouped(topology.triangles.len() as u64),
                 self.rounds,
                 cores()
             ));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use document::{Block, Claim, Document, Verdict};
+use report_writer::{Block, Claim, Document, Verdict};
 use serde_json::{Map, Value};
 
 use crate::series::Series;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use document::Series;
+use report_writer::Series;
 use serde::Serialize;
 
 use crate::camera::{Camera, orbit};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use busbar_geometry::Bounds;
-use document::Series;
 use glam::Vec3;
+use report_writer::Series;
 use serde::Serialize;
 use serde_json::json;
 use substation::Station;

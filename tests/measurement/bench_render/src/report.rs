@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use document::number_format::grouped;
-use document::{Claim, Document, Verdict, machine};
+use report_writer::number_format::grouped;
+use report_writer::{Claim, Document, Verdict, machine};
 use serde::Serialize;
 use serde_json::json;
 
@@ -40,7 +40,7 @@ pub(crate) struct Results {
 
 /// Writes the report; returns its files.
 pub(crate) fn write(results: &Results, folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = document::write(&document(results), folder)?.to_vec();
+    let mut files = report_writer::write(&document(results), folder)?.to_vec();
     let path = folder.join("report.json");
     let bars: Vec<_> = bars(results)
         .iter()
@@ -195,11 +195,11 @@ fn document(results: &Results) -> Document {
         "The paper's substation, {} pixels, everyone on one core of the same software rasteriser and \
          without antialiasing, one directional light, in alternating rounds; a frame counts until \
          its picture is finished. Measured on {}.",
-        document::number_format::size(crate::renderer_process::SIZE),
+        report_writer::number_format::size(crate::renderer_process::SIZE),
         machine(),
     ));
     document.heading("Bars");
-    document.blocks.push(document::Block::Claims(bars(results)));
+    document.blocks.push(report_writer::Block::Claims(bars(results)));
     document.heading("Frames at equal triangles");
     let rows = results.frames.iter().map(|f| {
         vec![

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use document::Series;
+use report_writer::Series;
 use serde::Serialize;
 use serde_json::json;
 

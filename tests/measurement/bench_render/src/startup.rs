@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
-use document::Series;
+use report_writer::Series;
 use serde::Serialize;
 use serde_json::json;
 

@@ -1,7 +1,7 @@
 //! Reproduces what the paper measured, and judges what it says: Table I,
 //! Figures 5 to 8, and each claim in one line with its figure.
 //!
-//! [`measure()`] gives [`Results`]; [`report()`] turns them into a [`document::Document`];
+//! [`measure()`] gives [`Results`]; [`report()`] turns them into a [`report_writer::Document`];
 //! [`write_report`] writes that as Markdown, as HTML, and the figures as JSON.
 //! Every figure comes from the run, and so does every verdict.
 

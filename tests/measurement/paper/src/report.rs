@@ -9,9 +9,9 @@ mod proofs;
 mod table_one;
 
 use crate::verdicts;
-use document::Block;
-use document::Document;
-use document::number_format::grouped;
+use report_writer::Block;
+use report_writer::Document;
+use report_writer::number_format::grouped;
 
 use crate::Results;
 

@@ -5,8 +5,8 @@ use crate::results::{MAX_CACHED_SHARE, Results};
 use crate::run::{LARGE, SMALL};
 use crate::study::{Level, SubjectStudy, THETAS};
 use crate::theta_change::MAX_SHARE_OF_FRAME;
-use document::number_format::{factor, grouped, millis, percent, signed, theta};
-use document::{Claim, Verdict};
+use report_writer::number_format::{factor, grouped, millis, percent, signed, theta};
+use report_writer::{Claim, Verdict};
 
 /// Least mean structural similarity of a picture that counts as "almost full".
 const ALMOST_FULL_SSIM: f64 = 0.95;

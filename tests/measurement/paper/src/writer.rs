@@ -14,7 +14,7 @@ use crate::results::Results;
 /// # Errors
 /// When a file cannot be written.
 pub fn write_report(results: &Results, folder: &Path) -> Result<[PathBuf; 3]> {
-    let [markdown, html] = document::write(&report(results), folder)?;
+    let [markdown, html] = report_writer::write(&report(results), folder)?;
     let json = folder.join("report.json");
     fs::write(&json, serde_json::to_string_pretty(results)?)
         .with_context(|| format!("cannot write {}", json.display()))?;

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use document::{Block, Document, Verdict};
 use measure::SurfaceError;
 use paper::frames::{FrameRow, FrameTimes};
 use paper::image_difference::ImageDifference;
@@ -17,6 +16,7 @@ use paper::study::{Level, Study, SubjectStudy, THETAS, VariantResult};
 use paper::theta_change::ThetaChange;
 use paper::topology::TopologyCounts;
 use paper::{report, write_report};
+use report_writer::{Block, Document, Verdict};
 
 const VARIANTS: [&str; 7] = [
     "busbar",
@@ -176,7 +176,7 @@ fn tables_are_complete_and_nothing_is_not_a_number() {
         }
     }
     assert!(tables >= 12, "{tables} tables");
-    let text = document::markdown(&document) + &document::html(&document);
+    let text = report_writer::markdown(&document) + &report_writer::html(&document);
     for wrong in ["NaN", " inf", ">inf"] {
         assert!(!text.contains(wrong), "{wrong}");
     }

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use busbar_plugin_sdk::testing::{Recorder, tag_spec};
 use busbar_plugin_sdk::{Quality, Reason, Sample, Value, ValueKind};
+use iec104::apci_session::{Event, Parameters, Session};
 use iec104::codec::{
     Asdu, AsduWriter, Body, Frame, Function, Header, MAX_ASDU_BYTES, Object, TimeTag, Zone, type_of,
 };
 use iec104::probe::ControllingProbe;
-use iec104::session::{Event, Parameters, Session};
 use serde_json::json;
 
 const PARAMETERS: Parameters = Parameters {

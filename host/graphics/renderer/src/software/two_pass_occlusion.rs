@@ -8,8 +8,8 @@ use busbar_culling::DepthTiles;
 use glam::Vec3;
 
 use crate::batch::DrawPhase;
-use crate::draw_plan::{DrawPlan, mesh_at};
 use crate::index_cache::IndexCache;
+use crate::instance_culling::{VisibleInstances, mesh_at};
 use crate::instance_transform::world_from_mesh;
 use crate::model::GpuModel;
 
@@ -38,7 +38,7 @@ const fn step_of(metres: f32) -> u32 {
     (told_apart.to_bits() - SHORTEST.to_bits()) >> DROPPED
 }
 
-impl DrawPlan {
+impl VisibleInstances {
     /// Puts those instances first in each batch that are near an eye, if it pays to draw them
     /// before the rest.
     pub(super) fn sort_near_first(

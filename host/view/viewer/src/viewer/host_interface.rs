@@ -62,6 +62,19 @@ impl Viewer {
         self.renderer.get_mut().invalidate_shown();
     }
 
+    /// Defers showing frames in the window where the processor draws: each is shown by
+    /// [`Viewer::present_deferred`], and at the latest with the next frame that is drawn.
+    pub fn defer_presentation(&mut self) {
+        self.renderer.get_mut().defer_presentation();
+    }
+
+    /// Shows the last frame if that was deferred. A lost device is reported by the next frame.
+    pub fn present_deferred(&mut self) {
+        if let Err(error) = self.renderer.get_mut().present_deferred() {
+            tracing::debug!(%error, "a frame is not shown");
+        }
+    }
+
     /// Waits until the device has drawn the last frame; reports success. The next frame reports a
     /// lost device.
     pub fn finish_frame(&mut self) -> bool {

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
+use crate::apci_session::Parameters;
 use crate::codec::{Frame, FrameError, Function, Sequence, split_frame};
-use crate::session::Parameters;
 
 /// Reason for which a connection must be closed.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]

@@ -12,11 +12,11 @@ use thiserror::Error;
 
 use super::map::{ObjectSelection, StationMap};
 use super::session::{self, Event, Session};
+use crate::apci_session::Parameters;
 use crate::codec::{
     self, Asdu, AsduWriter, Body, Cp56, Object, TimeTag, Zone, answer_to, cause,
     initialisation_ended,
 };
-use crate::session::Parameters;
 
 /// Requests that wait for their answer.
 const MAX_JOBS: usize = 1024;

@@ -1,7 +1,7 @@
 //! Report section of levels as tables and pictures.
 
-use document::number_format::{grouped, percent, theta};
-use document::{CaptionedPicture, Document};
+use report_writer::number_format::{grouped, percent, theta};
+use report_writer::{CaptionedPicture, Document};
 
 use crate::levels::verdicts::new_non_manifold;
 use crate::levels::{Levels, MethodResult, SubjectResult, THETAS};

@@ -1,7 +1,7 @@
 //! Verdicts on the figures: bars that are met or missed, and columns in which Busbar is worse than
 //! a peer.
 
-use document::{Claim, Document, Verdict};
+use report_writer::{Claim, Document, Verdict};
 
 use crate::levels::method::{BASELINE, OURS};
 use crate::levels::{Levels, MethodResult, SubjectResult, THETAS};
@@ -246,7 +246,7 @@ mod tests {
         let text = |ours| {
             let mut document = Document::default();
             write_worse(&mut document, &levels(ours));
-            document::markdown(&document)
+            report_writer::markdown(&document)
         };
         let good = text(method(OURS, 0.5e-4, 0.5));
         assert!(good.contains("worse than no peer in any column"), "{good}");

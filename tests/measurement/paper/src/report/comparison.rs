@@ -2,10 +2,10 @@
 
 use super::figures::{LAST, LEVEL_HEAD, caption, level_row};
 use crate::study::{Level, SubjectStudy, THETAS, VariantResult};
-use document::Document;
-use document::chart::LineChart;
-use document::number_format::{grouped, millis, percent, theta};
-use document::{Block, CaptionedPicture, Chart};
+use report_writer::Document;
+use report_writer::chart::LineChart;
+use report_writer::number_format::{grouped, millis, percent, theta};
+use report_writer::{Block, CaptionedPicture, Chart};
 
 use crate::Results;
 

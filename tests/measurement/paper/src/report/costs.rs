@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::theta_change::MAX_SHARE_OF_FRAME;
-use document::Document;
-use document::number_format::{millis, percent, size};
+use report_writer::Document;
+use report_writer::number_format::{millis, percent, size};
 
 use crate::Results;
 

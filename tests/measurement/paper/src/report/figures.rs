@@ -3,9 +3,9 @@
 use crate::results::SceneLevel;
 use crate::study::{Level, SubjectStudy};
 use crate::topology::TopologyCounts;
-use document::CaptionedPicture;
-use document::Document;
-use document::number_format::{grouped, percent, theta};
+use report_writer::CaptionedPicture;
+use report_writer::Document;
+use report_writer::number_format::{grouped, percent, theta};
 
 use crate::Results;
 

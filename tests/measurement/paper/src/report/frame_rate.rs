@@ -3,10 +3,10 @@
 use crate::frames::{FrameTimes, pixel_share};
 use crate::reference::{PrintedRow, TABLE_I};
 use crate::run::{LARGE, SMALL};
-use document::Document;
-use document::chart::LineChart;
-use document::number_format::{factor, grouped, millis, percent, size, theta};
-use document::{Block, Chart};
+use report_writer::Document;
+use report_writer::chart::LineChart;
+use report_writer::number_format::{factor, grouped, millis, percent, size, theta};
+use report_writer::{Block, Chart};
 
 use crate::Results;
 

@@ -1,8 +1,8 @@
 //! Section on the lossless walk and on picks.
 
 use crate::run::PICK_THETA;
-use document::Document;
-use document::number_format::{grouped, percent, theta};
+use report_writer::Document;
+use report_writer::number_format::{grouped, percent, theta};
 
 use crate::Results;
 

@@ -2,8 +2,8 @@
 
 use crate::reference::PrintedRow;
 use crate::topology::FLAT_SHARE;
-use document::Document;
-use document::number_format::{grouped, percent, signed, theta};
+use report_writer::Document;
+use report_writer::number_format::{grouped, percent, signed, theta};
 
 use crate::Results;
 

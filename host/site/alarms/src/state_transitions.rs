@@ -1,5 +1,5 @@
-//! The states of an alarm (IEC 62682, alarm state transition diagram; the same letters in
-//! ANSI/ISA-18.2).
+//! Transitions between the states of an alarm, by flags (IEC 62682, alarm state transition diagram;
+//! the same letters in ANSI/ISA-18.2).
 
 use busbar_tags::SourceTime;
 use busbar_types::AlarmState;

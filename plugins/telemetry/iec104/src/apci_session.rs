@@ -1,5 +1,5 @@
-//! The life of one connection, without a socket and without a clock: bytes and
-//! instants in, bytes and data units out (IEC 60870-5-104, 5.2 to 5.5).
+//! Session of the APCI at the controlling station, without socket and clock: bytes and instants in,
+//! bytes and data units out (IEC 60870-5-104, 5.2 to 5.5).
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -306,5 +306,5 @@ impl Session {
 }
 
 #[cfg(test)]
-#[path = "session_tests.rs"]
+#[path = "apci_session_tests.rs"]
 mod tests;

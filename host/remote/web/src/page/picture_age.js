@@ -15,7 +15,7 @@ function elapsed(since) {
   return Math.max(now.monotonic - since.monotonic, now.wall - since.wall);
 }
 
-export class Freshness {
+export class PictureAge {
   #number = 0;
   /** Instants of the probes by number, the oldest first. */
   #sent = new Map();

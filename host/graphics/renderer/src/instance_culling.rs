@@ -33,7 +33,7 @@ impl<'a> CullView<'a> {
 /// One frame's instances in drawing order. Filled anew each frame; its room serves the
 /// next one.
 #[derive(Default)]
-pub(crate) struct DrawPlan {
+pub(crate) struct VisibleInstances {
     /// Instances that may be visible.
     pub(crate) instances: Vec<Instance>,
     /// Tints of features, instance by instance.
@@ -45,7 +45,7 @@ pub(crate) struct DrawPlan {
     pub(crate) has_first_phase: bool,
 }
 
-impl DrawPlan {
+impl VisibleInstances {
     /// Lists the visible instances. `object_highlights` tints objects, for features; it may be
     /// empty.
     pub(crate) fn fill(
