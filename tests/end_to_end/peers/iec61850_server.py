@@ -4,8 +4,9 @@ plugin's tests. It is under the GPL, so it stays in a process of its own.
     iec61850_server.py [--port N] SPEC
 
 SPEC is JSON: {"tls": {"ca", "certificate", "key"}, "conf_rev": N, "stamp_seconds": S,
-"report_bytes": N, "extra": N}, each of which may be left out. The IED is always the same (see `build`);
-`extra` adds as many values of three phases to MMXU2, `Val1` and so on. With
+"report_bytes": N, "extra": N, "units": [[SIUNIT, MULTIPLIER]]}, each of which may be left out. The IED is always the same (see `build`);
+`extra` adds as many values of three phases to MMXU2, `Val1` and so on; `units` adds to MMXU3 a
+value with each of them, `Val1` and so on, and voltages `Phs` of which phase A is in V. With
 `stamp_seconds` the integers GGIO1.IntIn1 to IntIn3 have their own number in their bits 24
 to 30 and count up in the others. `report_bytes`, with `tls` alone, is room for reports.
 
@@ -63,6 +64,15 @@ def build(spec):
     for number in range(1, spec.get("extra", 0) + 1):
         lib.CDC_WYE_create(f"Val{number}", more, lib.CDC_OPTION_PHASES_ABC)
 
+    if spec.get("units"):
+        more = node("MMXU3")
+        for number in range(len(spec["units"])):
+            lib.CDC_MV_create(f"Val{number + 1}", more, 0, False)
+        lib.CDC_WYE_create("Phs", more, lib.CDC_OPTION_PHASES_ABC)
+        for name in units_of(spec):
+            holder = lib.IedModel_getModelNodeByObjectReference(model, IED + name)
+            lib.CAC_Unit_create("units", holder, True)
+
     def data_set(name, members):
         created = lib.DataSet_create(name, zero)
         for member in members:
@@ -81,11 +91,21 @@ def build(spec):
         ("urcbM01", False, "dsMany"),
         ("urcbN01", False, None),
     ]
+    if spec.get("units"):
+        data_set("dsUnits", [f"MMXU3$MX$Val{n + 1}" for n in range(len(spec["units"]))])
+        blocks.append(("urcbU01", False, "dsUnits"))
     for name, is_buffered, members in blocks:
         lib.ReportControlBlock_create(
             name, zero, None, is_buffered, members, revision, ALL_TRIGGERS, OPTIONS, 0, 0
         )
     return model
+
+
+def units_of(spec):
+    """Returns the units of data objects, by their references."""
+    units = spec.get("units", [])
+    of = {f"LD0/MMXU3.Val{number}": unit for number, unit in enumerate(units, 1)}
+    return of | {"LD0/MMXU3.Phs.phsA": [29, 0]} if units else of
 
 
 def tls(files):
@@ -115,6 +135,9 @@ class Server:
             self.server = lib.IedServer_createWithConfig(self.model, certificates, settings)
         else:
             self.server = lib.IedServer_create(self.model)
+        for name, (unit, multiplier) in units_of(spec).items():
+            self.update(f"{name}.units.SIUnit", unit)
+            self.update(f"{name}.units.multiplier", multiplier)
 
     def attribute(self, reference):
         node = lib.IedModel_getModelNodeByObjectReference(self.model, IED + reference)

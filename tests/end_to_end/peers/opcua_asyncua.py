@@ -78,6 +78,13 @@ class Peer:
         node = ua.NodeId.from_string(spec["id"])
         name = ua.QualifiedName(spec.get("name", spec["id"].split("=")[-1]), node.NamespaceIndex)
         variable = await self.folder.add_variable(node, name, variant(spec))
+        if spec.get("unit"):
+            unit = ua.EUInformation(
+                NamespaceUri="http://www.opcfoundation.org/UA/units/un/cefact",
+                UnitId=spec["unit"].get("id", -1),
+                DisplayName=ua.LocalizedText(spec["unit"]["name"]),
+            )
+            await variable.add_property(0, "EngineeringUnits", unit)
         await self.server.write_attribute_value(variable.nodeid, data(spec))
 
     async def add_condition(self, name):

@@ -14,7 +14,7 @@ Prints `READY`, then takes commands on stdin, JSON, one a line, and answers each
     {"state": HOST, "online": BOOL} waits until a primary host says so
 
 A METRIC is {"name", "alias", "type": "INT32", "value", "time": milliseconds since 1970,
-"quality": code, "is_null", "is_historical"}; all but one of name and alias may be left out,
+"quality": code, "unit": text, "is_null", "is_historical"}; all but one of name and alias may be left out,
 and the type of DATASET needs no value.
 """
 
@@ -75,6 +75,11 @@ def metric_of(metric, is_birth):
         quality = raw.properties.values.add()
         quality.type = int(DataType.INT32)
         quality.int_value = metric["quality"]
+    if "unit" in metric:
+        raw.properties.keys.append("engUnit")
+        unit = raw.properties.values.add()
+        unit.type = int(DataType.STRING)
+        unit.string_value = metric["unit"]
     return raw
 
 

@@ -150,6 +150,48 @@ fn the_origin_of_a_value_is_told_with_its_quality() {
     assert_eq!(own.origins, 0);
 }
 
+/// Piece of the demo beside the transformer.
+const BREAKER: &str = "=S12D1Q1-QA1-L1";
+
+#[test]
+fn the_origin_of_a_verdict_is_that_of_the_values_it_rests_on() {
+    let mut scene = scene();
+    scene.add_plugin("sample_generator");
+    scene.add_plugin("condition");
+    let config = &mut scene.config;
+    config["plugins"]["generator"] = serde_json::json!({ "plugin": "sample_generator" });
+    config["plugins"]["judged"] = serde_json::json!({
+        "plugin": "condition",
+        "settings": {
+            "quantities": [{
+                "name": "Oil", "role": "oil", "unit": "°C", "attention": 1e9, "alarm": 1e12,
+            }],
+            "equipment": [TRANSFORMER, BREAKER],
+        },
+    });
+    config["tags"]["made"] = serde_json::json!({
+        "type": "f64", "unit": "°C", "source": { "instance": "generator", "address": {} },
+    });
+    let list = |value: &mut serde_json::Value, more| value.as_array_mut().unwrap().push(more);
+    list(&mut config["overlays"], serde_json::json!("judged"));
+    for (tag, node) in [("made", TRANSFORMER), (TOP_OIL, BREAKER)] {
+        let binding = serde_json::json!({ "tag": tag, "node": node, "role": "oil" });
+        list(&mut config["bindings"], binding);
+    }
+    let mut host = Host::open(&scene);
+    let is_normal = |id: &'static str| {
+        move |e: &Happened| {
+            e.kind == BusbarViewEventKind::Verdict
+                && e.id == id
+                && e.verdict == BusbarViewVerdict::Normal
+        }
+    };
+    let made = host.wait("verdict on a simulated value", is_normal(TRANSFORMER));
+    assert_eq!(made.origins, BUSBAR_VIEW_ORIGIN_SIMULATED);
+    let own = host.wait("verdict on a value of the program", is_normal(BREAKER));
+    assert_eq!(own.origins, 0);
+}
+
 #[test]
 fn theta_and_layers_are_the_programs_too() {
     let scene = scene();

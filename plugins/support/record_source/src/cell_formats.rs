@@ -1,6 +1,7 @@
 //! Formats of numbers and times in cells of business systems.
 
-use text_table::{NumberFormat, Separators, TimeFormat, TimeReader, Zone, units_conflict};
+use source_units::units_conflict;
+use text_table::{NumberFormat, Separators, TimeFormat, TimeReader, Zone};
 
 use crate::{ListSettings, shown};
 

@@ -19,7 +19,6 @@ mod number;
 mod rows;
 mod state_words;
 mod time_format;
-mod units;
 mod words;
 mod zone;
 
@@ -30,7 +29,6 @@ pub use number::{NumberFormat, Separators};
 pub use rows::{NextRow, RowLimits, Rows};
 pub use state_words::StateWords;
 pub use time_format::{Instant, MAX_YEAR, TimeFormat, TimeReader};
-pub use units::{find_unit, units_conflict};
 pub use words::{NO_VALUE_WORDS, find_quality};
 pub use zone::{Resolved, Zone};
 

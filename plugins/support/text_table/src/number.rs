@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use crate::units::find_unit;
+use source_units::find_unit;
 
 /// Bytes of the longest number that is looked at.
 const MAX_NUMBER_BYTES: usize = 512;

@@ -24,6 +24,7 @@ mod session;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod units;
 
 use std::sync::Arc;
 

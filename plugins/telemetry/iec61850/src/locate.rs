@@ -112,6 +112,11 @@ impl Place {
         last.cloned().unwrap_or_else(|| "the data object".into())
     }
 
+    /// Returns the names that lead from the data object to the value.
+    pub(crate) fn names(&self) -> &[String] {
+        &self.names
+    }
+
     pub(crate) fn has_quality(&self) -> bool {
         self.quality.is_some()
     }

@@ -4,10 +4,12 @@ use std::time::SystemTime;
 
 use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
 use iec61850_rs::proto::data::{self, Typed};
+use source_units::UnitAgreement;
 
 use crate::convert::{Stamp, name_of, origin_of, quality_of, stamp_of, value_of};
 use crate::locate::{Share, follow};
 use crate::points::{Point, Points};
+use crate::units::StatedUnit;
 
 /// Samples that are published at once.
 const MAX_BATCH: usize = 4096;
@@ -40,6 +42,8 @@ struct State {
     /// Last timestamp `t` of the point.
     last: Option<SystemTime>,
     stamp: Stamp,
+    /// Relation of the unit that the server states to the tag's.
+    unit: UnitAgreement,
     /// Number of the last report of it: what was asked for before says less.
     reported: u64,
     is_touched: bool,
@@ -82,6 +86,7 @@ impl PointStates {
         self.sink.publish_bad(self.points.all().iter().map(|point| point.tag), reason);
         for state in &mut self.states {
             (state.value, state.quality, state.origin) = (None, None, SampleFlags::LIVE);
+            state.unit = UnitAgreement::Agrees;
         }
     }
 
@@ -90,6 +95,17 @@ impl PointStates {
         let state = &mut self.states[index];
         state.has_quality = has_quality;
         state.quality = (!has_quality).then_some(Quality::Good);
+    }
+
+    /// Takes the unit that the server states for a point, and tells of one that is not the tag's.
+    pub(crate) fn note_unit(&mut self, index: usize, stated: StatedUnit) {
+        let unit = &self.points.all()[index].unit;
+        let agreement = stated.compare(unit);
+        let remark = unit.remark(agreement, &stated.in_words());
+        self.states[index].unit = agreement;
+        if let Some(remark) = remark {
+            self.tell(index, &remark);
+        }
     }
 
     /// Number of what was reported so far; requests that are sent now see all of it.
@@ -176,7 +192,11 @@ impl PointStates {
             if is_of_any_age && quality.is_good() {
                 quality = Quality::Uncertain(Reason::SourceTime);
             }
-            let value = state.value;
+            let has_other_unit = state.unit == UnitAgreement::Conflicts;
+            let value = state.value.filter(|_| !has_other_unit);
+            if has_other_unit && !matches!(quality, Quality::Bad(_)) {
+                quality = Quality::Bad(Reason::Configuration);
+            }
             if let Some(Value::F64(number)) = value
                 && !number.is_finite()
                 && !matches!(quality, Quality::Bad(_))

@@ -3,6 +3,7 @@
 use busbar_plugin_sdk::{Error, TagSpec, ValueKind};
 use iec61850_rs::{Fc, ObjectReference};
 use serde::Deserialize;
+use source_units::TagUnit;
 
 use crate::service::Name;
 
@@ -36,6 +37,8 @@ pub(crate) struct Point {
     pub(crate) kind: ValueKind,
     pub(crate) scale: f64,
     pub(crate) offset: f64,
+    /// Unit that the server must have where it states one; none where values are scaled.
+    pub(crate) unit: TagUnit,
     /// Data object under its functional constraint, such as `MMXU1$MX$PhV`.
     pub(crate) object: Name,
     /// Path below the data object: `phsA`, `cVal`, `mag`, `f`.
@@ -118,12 +121,14 @@ fn parse_one(tag: &TagSpec) -> Result<Point, String> {
     if tag.kind != ValueKind::F64 && (raw.scale.is_some() || raw.offset.is_some()) {
         return Err(fault("scale and offset are for f64 tags: remove them, or make the tag f64"));
     }
+    let is_compared = tag.kind == ValueKind::F64 && raw.scale.is_none() && raw.offset.is_none();
+    let unit = if is_compared { TagUnit::new(&tag.unit) } else { TagUnit::default() };
     let (scale, offset) = (raw.scale.unwrap_or(1.0), raw.offset.unwrap_or(0.0));
     if !scale.is_finite() || scale == 0.0 || !offset.is_finite() {
         return Err(fault("scale must be finite and not 0, offset finite"));
     }
     let (tag, id, kind) = (tag.tag, tag.id.clone(), tag.kind);
-    Ok(Point { tag, id, kind, scale, offset, object, path })
+    Ok(Point { tag, id, kind, scale, offset, unit, object, path })
 }
 
 /// The data object of a reference, and what follows it.

@@ -21,9 +21,12 @@ use crate::point_states::{Origin, PointStates};
 use crate::points::Points;
 use crate::service::{Answer, Name, Request};
 use crate::settings::Config;
+use crate::units::{StatedUnit, variable_of_unit};
 
 /// Variables of one read request, where messages are large enough.
 const MAX_READ: usize = 60;
+/// Units of one read request.
+const MAX_UNITS: usize = 20;
 /// Bytes of an answer that one variable may take.
 const VARIABLE_BYTES: usize = 400;
 /// Shortest time between readings of what reports left doubtful.
@@ -42,6 +45,8 @@ pub(crate) enum Job {
         /// Number of the request: of two answers that of the later one counts.
         number: u64,
     },
+    /// The units of measured values, by their index.
+    Units(Vec<usize>),
     /// The next step of a control block.
     Control(usize),
     /// Names beside an object that does not exist.
@@ -78,6 +83,10 @@ pub(crate) struct Server {
     queue: VecDeque<Job>,
     /// Data objects whose type is not known yet.
     types_left: usize,
+    /// Units to read, each with its points.
+    units: Vec<(Name, Vec<usize>)>,
+    /// Units that are not known yet: no value is asked for before.
+    units_left: usize,
     /// Variables whose values are asked for.
     reads_open: usize,
     /// Requests for values so far.
@@ -109,6 +118,8 @@ impl Server {
             controls: controls_of(config),
             queue: VecDeque::new(),
             types_left: 0,
+            units: Vec::new(),
+            units_left: 0,
             reads_open: 0,
             reads: 0,
             poll: config.poll,
@@ -129,6 +140,8 @@ impl Server {
         self.controls.iter_mut().for_each(Control::begin);
         self.queue = (0..self.objects.len()).map(Job::Type).collect();
         self.types_left = self.objects.len();
+        self.units.clear();
+        self.units_left = 0;
         (self.reads_open, self.next_poll, self.max_read) = (0, None, MAX_READ);
         self.rereads.clear();
         self.reread_not_before = None;
@@ -157,7 +170,7 @@ impl Server {
         max_message: usize,
     ) -> Option<(Job, Request)> {
         self.tell_due(now);
-        if self.types_left == 0 {
+        if self.is_located() {
             self.make_up_for_late(now);
             for (index, control) in self.controls.iter_mut().enumerate() {
                 if let Some(request) = control.next_request(now) {
@@ -178,6 +191,10 @@ impl Server {
                 Request::Read(variables.iter().map(name).collect())
             }
             Job::Browse => self.browse_request()?,
+            Job::Units(units) => {
+                let name = |index: &usize| self.units[*index].0.clone();
+                Request::Read(units.iter().map(name).collect())
+            }
             // Neither waits in the queue.
             Job::Control(_) | Job::Test => return None,
         };
@@ -189,7 +206,7 @@ impl Server {
         let retries = self.controls.iter().filter_map(Control::deadline);
         let poll = self.next_poll.filter(|_| self.reads_open == 0);
         let reread = self.reread_not_before.filter(|_| !self.rereads.is_empty());
-        let asked = retries.chain(poll).chain(reread).filter(|_| self.types_left == 0);
+        let asked = retries.chain(poll).chain(reread).filter(|_| self.is_located());
         asked.chain(self.notices.deadline()).min()
     }
 
@@ -201,11 +218,13 @@ impl Server {
                 self.types_left = self.types_left.saturating_sub(1);
                 if self.types_left == 0 {
                     self.gather_variables();
+                    self.gather_units();
                 }
             }
             Job::Read { variables, reports, number } => {
                 self.take_values(&variables, RequestOrder { reports, number }, answer);
             }
+            Job::Units(units) => self.take_units(&units, answer),
             Job::Control(index) => self.take_step(index, answer, now),
             Job::Browse => self.take_names(answer),
             Job::Test => {}
@@ -275,6 +294,52 @@ impl Server {
         }
         let variable = |(name, points)| Variable { name, points, answered: 0 };
         self.variables = variables.into_iter().map(variable).collect();
+    }
+
+    /// Reports whether all types and units are known, so that values may be asked for.
+    fn is_located(&self) -> bool {
+        self.types_left == 0 && self.units_left == 0
+    }
+
+    /// Queues requests for the units of points whose tags have one to compare them with.
+    fn gather_units(&mut self) {
+        let mut units: BTreeMap<Name, Vec<usize>> = BTreeMap::new();
+        for (index, (place, point)) in
+            self.places.iter().zip(self.point_states.points().all()).enumerate()
+        {
+            let Some(place) = place.as_ref().filter(|_| point.unit.is_known()) else { continue };
+            if let Some(name) = variable_of_unit(&point.object, place.names()) {
+                units.entry(name).or_default().push(index);
+            }
+        }
+        self.units = units.into_iter().collect();
+        self.units_left = self.units.len();
+        let all: Vec<usize> = (0..self.units.len()).collect();
+        self.queue.extend(all.chunks(MAX_UNITS).map(|some| Job::Units(some.into())));
+    }
+
+    fn take_units(&mut self, units: &[usize], answer: Answer) {
+        match answer {
+            Answer::Values(values) => {
+                for (unit, value) in units.iter().zip(values) {
+                    // Most servers lack the attribute, which is optional.
+                    let Some(stated) = value.ok().as_ref().and_then(StatedUnit::from_value) else {
+                        continue;
+                    };
+                    for point in &self.units[*unit].1 {
+                        self.point_states.note_unit(*point, stated);
+                    }
+                }
+            }
+            // Perhaps one that is not there is refused with all others.
+            Answer::Refused(_) if units.len() > 1 => {
+                let halves = units.chunks(units.len().div_ceil(2));
+                self.queue.extend(halves.map(|some| Job::Units(some.into())));
+                return;
+            }
+            _ => {}
+        }
+        self.units_left = self.units_left.saturating_sub(units.len());
     }
 
     /// Asks for what no report brings, in the period of polls.

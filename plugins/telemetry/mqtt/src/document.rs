@@ -9,6 +9,7 @@ use serde_json::Value as Json;
 
 use crate::convert::{Raw, quality_of_code};
 use crate::payload_format::{PayloadFormat, hex_number};
+use crate::point_states::StatedUnit;
 use crate::points::Pointers;
 use crate::source_time::{TimeUnit, show_unusable, time_of};
 
@@ -91,6 +92,17 @@ impl<'a> Document<'a> {
                 .or_else(|| number.as_i64().map(quality_of_code))
                 .unwrap_or(unknown),
             _ => unknown,
+        }
+    }
+
+    /// Reads the unit of the value, where the settings promise one; JSON `null` states none.
+    pub(crate) fn unit(&mut self, pointers: &Pointers) -> StatedUnit<'_> {
+        let Some(pointer) = pointers.unit.as_deref() else { return StatedUnit::Absent };
+        match self.json().map(|json| json.pointer(pointer)) {
+            Some(Some(Json::String(text))) => StatedUnit::Named(text),
+            // Of a document that is no JSON, the value tells.
+            None | Some(Some(Json::Null)) => StatedUnit::Absent,
+            Some(_) => StatedUnit::Unreadable,
         }
     }
 

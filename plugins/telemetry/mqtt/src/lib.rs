@@ -25,6 +25,8 @@ mod subscriber;
 #[cfg(test)]
 mod tests;
 mod topics;
+#[cfg(test)]
+mod unit_tests;
 
 use std::sync::Arc;
 use std::time::SystemTime;

@@ -5,6 +5,8 @@ use std::time::{Instant, SystemTime};
 
 use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
 
+use source_units::UnitAgreement;
+
 use crate::convert::Raw;
 use crate::line_budget::LineBudget;
 use crate::points::Point;
@@ -39,6 +41,21 @@ struct PointState {
     is_usable: bool,
     is_misfit_told: bool,
     is_time_told: bool,
+    is_unit_told: bool,
+    /// Relation of the unit that the source stated last to the tag's.
+    unit: UnitAgreement,
+    /// True where the settings promise a unit that could not be read.
+    is_unit_missing: bool,
+}
+
+/// Unit of a value, as its source states it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StatedUnit<'a> {
+    /// The source says nothing of a unit.
+    Absent,
+    Named(&'a str),
+    /// A unit is promised, and no text stands in its place.
+    Unreadable,
 }
 
 /// Quality, time and origin of a value.
@@ -90,10 +107,52 @@ impl PointStates {
         self.points.get(index)?.mapping.value_of(raw)
     }
 
-    /// Takes a value of the point's type.
+    /// Takes the unit that the source states for the values of a point from now on, and tells,
+    /// once in a connection, of one that is not the tag's.
+    pub(crate) fn note_unit(&mut self, index: usize, stated: StatedUnit<'_>) {
+        let (Some(point), Some(state)) = (self.points.get(index), self.states.get_mut(index))
+        else {
+            return;
+        };
+        if !point.unit.is_known() {
+            return;
+        }
+        state.is_unit_missing = stated == StatedUnit::Unreadable;
+        let remark = match stated {
+            StatedUnit::Absent => {
+                state.unit = UnitAgreement::Agrees;
+                None
+            }
+            StatedUnit::Named(unit) => {
+                state.unit = point.unit.compare([unit]);
+                point.unit.remark(state.unit, unit)
+            }
+            // The last one that was read still counts.
+            StatedUnit::Unreadable => Some(
+                "its source states no unit that can be read, so that its values are uncertain"
+                    .to_owned(),
+            ),
+        };
+        let Some(remark) = remark else { return };
+        if !std::mem::replace(&mut state.is_unit_told, true) {
+            let text = format!("tag '{}': {remark}", point.id);
+            self.tell(LogLevel::Warning, &text);
+        }
+    }
+
+    /// Takes a value of the point's type; one in a unit that is not the tag's is bad.
     pub(crate) fn take_value(&mut self, index: usize, value: Value, stamp: Stamp) {
-        let Some(point) = self.points.get(index) else { return };
-        let Stamp { quality, source_time, flags } = stamp;
+        let (Some(point), Some(state)) = (self.points.get(index), self.states.get(index)) else {
+            return;
+        };
+        let Stamp { mut quality, source_time, flags } = stamp;
+        if state.unit == UnitAgreement::Conflicts {
+            let sample = Sample::bad(point.tag, Reason::Configuration);
+            return self.push(index, Sample { source_time, flags, ..sample });
+        }
+        if state.is_unit_missing && quality.is_good() {
+            quality = Quality::Uncertain(Reason::Configuration);
+        }
         let value = Some(value);
         self.push(index, Sample { tag: point.tag, value, quality, source_time, flags });
     }
@@ -217,7 +276,7 @@ impl PointStates {
     pub(crate) fn begin(&mut self, name: String) {
         self.name = name;
         for state in &mut self.states {
-            (state.is_misfit_told, state.is_time_told) = (false, false);
+            *state = PointState { is_usable: state.is_usable, ..PointState::default() };
         }
         self.lines = LineBudget::default();
         self.ignored = Ignored::default();

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind};
 use serde::Deserialize;
+use source_units::TagUnit;
 
 use crate::convert::Mapping;
 use crate::names::{MAX_TEXT, check_name, check_pointer, check_topic};
@@ -26,6 +27,8 @@ pub(crate) struct Point {
     /// Id of the tag, for messages.
     pub(crate) id: Box<str>,
     pub(crate) mapping: Mapping,
+    /// Unit that the source must have where it states one; none where values are scaled.
+    pub(crate) unit: TagUnit,
 }
 
 /// Source of a point's value: a topic or a Sparkplug metric.
@@ -44,13 +47,14 @@ pub(crate) struct MetricPlace {
     pub(crate) metric: String,
 }
 
-/// Places of value, time and quality in a JSON payload (RFC 6901), and their forms. Without
+/// Places of value, time, quality and unit in a JSON payload (RFC 6901), and their forms. Without
 /// a place of the value, the payload is the value.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Pointers {
     pub(crate) value: Option<String>,
     pub(crate) time: Option<String>,
     pub(crate) quality: Option<String>,
+    pub(crate) unit: Option<String>,
     /// Unit of counts of time, if the address has another than the settings.
     pub(crate) time_unit: Option<TimeUnit>,
     pub(crate) format: PayloadFormat,
@@ -97,6 +101,7 @@ struct RawAddress {
     pointer: Option<String>,
     time: Option<String>,
     quality: Option<String>,
+    unit: Option<String>,
     group: Option<String>,
     edge_node: Option<String>,
     device: Option<String>,
@@ -117,7 +122,15 @@ fn parse_one(tag: &TagSpec) -> Result<(Place, Point), String> {
     let raw: RawAddress = tag.parse_address().map_err(|error| error.message().to_owned())?;
     let fault = |what: String| format!("tag '{}': {what}", tag.id);
     let mapping = mapping_of(tag.kind, &raw).map_err(fault)?;
-    let point = Point { tag: tag.tag, id: tag.id.as_str().into(), mapping };
+    let is_number = matches!(tag.kind, ValueKind::F64 | ValueKind::I64);
+    let is_scaled = raw.scale.is_some() || raw.offset.is_some();
+    if raw.unit.is_some() && (is_scaled || !is_number) {
+        return Err(fault(
+            "unit is that of numbers as they come: remove it, or scale and offset".into(),
+        ));
+    }
+    let unit = if is_number && !is_scaled { TagUnit::new(&tag.unit) } else { TagUnit::default() };
+    let point = Point { tag: tag.tag, id: tag.id.as_str().into(), mapping, unit };
     Ok((place_of(raw).map_err(fault)?, point))
 }
 
@@ -135,17 +148,23 @@ impl RawAddress {
 
 fn place_of(raw: RawAddress) -> Result<Place, String> {
     let (format, time_unit) = (raw.format(), raw.time_unit);
-    let RawAddress { topic, pointer, time, quality, group, edge_node, device, metric, .. } = raw;
+    let RawAddress {
+        topic, pointer, time, quality, unit, group, edge_node, device, metric, ..
+    } = raw;
     match (topic, group, edge_node, metric) {
         (Some(topic), None, None, None) if device.is_none() => {
             check_topic(&topic)?;
-            for (name, pointer) in [("pointer", &pointer), ("time", &time), ("quality", &quality)] {
+            let pointers =
+                [("pointer", &pointer), ("time", &time), ("quality", &quality), ("unit", &unit)];
+            for (name, pointer) in pointers {
                 check_pointer(pointer.as_deref()).map_err(|fault| format!("{name}: {fault}"))?;
             }
-            if pointer.is_none() && (time.is_some() || quality.is_some()) {
-                return Err("time and quality are parts of a JSON payload: say by pointer where \
+            if pointer.is_none() && (time.is_some() || quality.is_some() || unit.is_some()) {
+                return Err(
+                    "time, quality and unit are parts of a JSON payload: say by pointer where \
                             the value is in it"
-                    .into());
+                        .into(),
+                );
             }
             if time_unit.is_some() && time.is_none() {
                 return Err("time_unit is of counts of time: say by time where they are".into());
@@ -154,13 +173,13 @@ fn place_of(raw: RawAddress) -> Result<Place, String> {
             let value = pointer;
             Ok(Place::Topic {
                 topic,
-                pointers: Pointers { value, time, quality, time_unit, format },
+                pointers: Pointers { value, time, quality, unit, time_unit, format },
             })
         }
         (None, Some(group), Some(edge_node), Some(metric)) => {
-            if pointer.is_some() || time.is_some() || quality.is_some() {
-                return Err("a metric has its own time and quality: remove pointer, time and \
-                            quality"
+            if pointer.is_some() || time.is_some() || quality.is_some() || unit.is_some() {
+                return Err("a metric has its own time, quality and unit: remove pointer, time, \
+                            quality and unit"
                     .into());
             }
             if !format.is_empty() || time_unit.is_some() {

@@ -150,6 +150,9 @@ impl Topics {
                 // The broker's store: older than what came live, if its time says so.
                 stamp.flags |= SampleFlags::BUFFERED;
             }
+            if pointers.unit.is_some() {
+                point_states.note_unit(index, document.unit(pointers));
+            }
             match document.content(pointers) {
                 Content::Value(raw) => match point_states.value_of(index, raw) {
                     Some(Value::F64(number)) if !number.is_finite() => {

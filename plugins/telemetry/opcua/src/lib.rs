@@ -8,6 +8,7 @@ mod client;
 mod condition_values;
 mod conditions;
 mod convert;
+mod engineering_units;
 mod fault;
 mod guard;
 mod identity;

@@ -9,7 +9,10 @@ use std::time::{Duration, Instant, SystemTime};
 use async_opcua::types::{DataValue, StatusCode};
 use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
 
+use source_units::UnitAgreement;
+
 use crate::convert::{origin_of, quality_of, source_time_of, value_of};
+use crate::engineering_units::StatedUnit;
 use crate::fault::in_words;
 use crate::mirror::Mirror;
 use crate::points::Points;
@@ -30,6 +33,8 @@ pub(crate) struct PointStates {
     pub(crate) points: Points,
     pub(crate) last: Vec<Last>,
     items: Vec<ItemState>,
+    /// Relation of the unit that the server states to the tag's, by point.
+    units: Vec<UnitAgreement>,
     /// True for each condition, by its index, that an event reported since the last refresh began.
     pub(crate) told_conditions: Vec<bool>,
     batch: Vec<Sample>,
@@ -87,6 +92,7 @@ impl PointStates {
         Self {
             last: vec![Last::default(); points.all.len()],
             items: vec![ItemState::default(); points.items.len()],
+            units: vec![UnitAgreement::default(); points.all.len()],
             told_conditions: vec![false; points.conditions.len()],
             points,
             batch: Vec::new(),
@@ -119,6 +125,7 @@ impl PointStates {
     pub(crate) fn lose(&mut self, reason: Reason) {
         self.last.fill(Last::default());
         self.items.fill(ItemState::default());
+        self.units.fill(UnitAgreement::default());
         self.told_conditions.fill(false);
         self.batch.clear();
         self.named = 0;
@@ -172,6 +179,22 @@ impl PointStates {
         }
     }
 
+    /// Takes the unit that the server states for the values of an item, and tells of one that is
+    /// not the tag's.
+    pub(crate) fn note_unit(&mut self, item: usize, unit: &StatedUnit) {
+        for place in 0..self.points.items[item].points.len() {
+            let index = self.points.items[item].points[place];
+            let point = &self.points.all[index];
+            let agreement = point.unit.compare(unit.names());
+            let is_news = std::mem::replace(&mut self.units[index], agreement) != agreement;
+            let remark = point.unit.remark(agreement, &unit.in_words());
+            if let Some(remark) = remark.filter(|_| is_news) {
+                let text = format!("tag '{}': {remark}", point.id);
+                self.name(LogLevel::Warning, &text);
+            }
+        }
+    }
+
     fn take_value(&mut self, item: usize, value: &DataValue, now: Instant, wall: SystemTime) {
         let status = value.status.unwrap_or(StatusCode::Good);
         let is_changed = status.semantics_changed() || status.structure_changed();
@@ -212,6 +235,12 @@ impl PointStates {
         let flags = flags | origin_of(status);
         let quality = quality_of(status);
         let mut sample = Sample { tag: point.tag, value: None, quality, source_time, flags };
+        if self.units[index] == UnitAgreement::Conflicts {
+            if !matches!(quality, Quality::Bad(_)) {
+                sample.quality = Quality::Bad(Reason::Configuration);
+            }
+            return self.put(index, sample, now, wall);
+        }
         let variant = data.value.as_ref().filter(|value| !value.is_empty());
         match variant.map(|variant| value_of(point, variant)) {
             Some(Ok(value)) => {

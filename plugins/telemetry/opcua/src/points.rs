@@ -6,6 +6,7 @@ use std::time::Duration;
 use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind, parse_states};
 use serde::Deserialize;
 use serde_json::Value as Json;
+use source_units::TagUnit;
 
 use crate::conditions::Field;
 use crate::node::NodeAddress;
@@ -33,6 +34,8 @@ pub(crate) struct Point {
     pub(crate) bit: Option<u8>,
     pub(crate) scale: f64,
     pub(crate) offset: f64,
+    /// Unit that the node must have where it states one; none where values are scaled.
+    pub(crate) unit: TagUnit,
     /// Values of the tag by text, number or truth value; empty where the value needs no mapping.
     pub(crate) states: BTreeMap<String, Value>,
 }
@@ -197,6 +200,9 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<(Point, Place), String> {
         }
         _ => return Err(fault("give node, or condition and field, one of them".into())),
     };
+    let is_number = matches!(tag.kind, ValueKind::F64 | ValueKind::I64);
+    let is_scaled = raw.scale.is_some() || raw.offset.is_some();
+    let is_compared = is_number && !is_scaled && raw.states.is_empty();
     let point = Point {
         tag: tag.tag,
         id: tag.id.clone(),
@@ -206,6 +212,7 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<(Point, Place), String> {
         bit: raw.bit,
         scale: raw.scale.unwrap_or(1.0),
         offset: raw.offset.unwrap_or(0.0),
+        unit: if is_compared { TagUnit::new(&tag.unit) } else { TagUnit::default() },
         states: parse_states(tag.kind, raw.states).map_err(fault)?,
     };
     Ok((point, place))

@@ -13,6 +13,7 @@ use tokio::time::sleep;
 
 use crate::client::{Client, answer};
 use crate::conditions;
+use crate::engineering_units;
 use crate::fault::Fault;
 use crate::namespaces::NamespaceMemory;
 use crate::point_states::PointStates;
@@ -192,6 +193,7 @@ impl Watch {
             slowest = slowest.max(subscription.due);
             let items: Vec<_> = items.collect();
             let (client, id) = (&self.client, subscription.id);
+            self.read_units(&items).await?;
             let refused =
                 subscription::add_items(client, &self.server, &self.point_states, id, &items)
                     .await?;
@@ -211,6 +213,16 @@ impl Watch {
             );
         }
         Ok(())
+    }
+
+    /// Reads the units of items before their values.
+    async fn read_units(&self, items: &[usize]) -> Result<(), Fault> {
+        let Self { client, server, point_states, .. } = self;
+        engineering_units::read(client, server, point_states, items, self.nodes_per_read()).await
+    }
+
+    fn nodes_per_read(&self) -> usize {
+        self.server.nodes_per_read.unwrap_or(NODES_PER_READ).min(NODES_PER_READ)
     }
 
     /// Works until the session ends.
@@ -379,8 +391,7 @@ impl Watch {
                         };
                         items.into_iter().filter_map(node).unzip()
                     };
-                    let per_read = self.server.nodes_per_read.unwrap_or(NODES_PER_READ);
-                    let per_read = per_read.min(NODES_PER_READ);
+                    let per_read = self.nodes_per_read();
                     tasks.spawn_local(async move {
                         let values = session::read_values(&client, &nodes, per_read).await;
                         Done::Read(subscription, epoch, items, values)
@@ -401,6 +412,7 @@ impl Watch {
     async fn ask_again(&mut self) -> Result<(), Fault> {
         let mut refused = std::mem::take(&mut self.refused);
         for (id, items) in &mut refused {
+            self.read_units(items).await?;
             let (client, point_states) = (&self.client, &self.point_states);
             *items =
                 subscription::add_items(client, &self.server, point_states, *id, items).await?;

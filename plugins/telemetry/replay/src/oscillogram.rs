@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
 
-use text_table::{TextEncoding, units_conflict};
+use source_units::{TagUnit, UnitAgreement};
+use text_table::TextEncoding;
 
 use crate::address::{Point, Points, Source};
 use crate::comtrade::{
@@ -87,7 +88,7 @@ impl<R: Read + Seek> Oscillogram<R> {
         let Parts { path: file, file: bytes, offset, line, bytes: count } = parts;
         let data = Data::open(bytes, RecordLayout::new(&cfg), offset, line, count);
         let data = data.map_err(|error| Fault::new(&file, error))?;
-        let wanted = find_channels(&config.file, &cfg, points)?;
+        let wanted = find_channels(&config.file, &cfg, points, remarks)?;
         let (origin, is_ambiguous) = find_origin(config, &cfg, remarks);
         tell_oddities(&cfg, data.rest_bytes(), remarks);
         let quality = if cfg.clock.is_unreliable() {
@@ -205,10 +206,15 @@ fn tell_oddities(cfg: &Cfg, rest_bytes: u64, remarks: &mut Remarks) {
 }
 
 /// Finds the channels of all tags.
-fn find_channels(file: &Path, cfg: &Cfg, points: &Points) -> Result<Vec<ChannelSelection>, Fault> {
+fn find_channels(
+    file: &Path,
+    cfg: &Cfg,
+    points: &Points,
+    remarks: &mut Remarks,
+) -> Result<Vec<ChannelSelection>, Fault> {
     let (mut wanted, mut faults) = (Vec::new(), Vec::new());
     for point in &points.0 {
-        match find(cfg, point) {
+        match find(cfg, point, remarks) {
             Ok(channels) => wanted.push(channels),
             Err(fault) => faults.push(format!("tag '{}': {fault}", point.id)),
         }
@@ -216,7 +222,7 @@ fn find_channels(file: &Path, cfg: &Cfg, points: &Points) -> Result<Vec<ChannelS
     if faults.is_empty() { Ok(wanted) } else { Err(Fault::of_tags(file, &faults)) }
 }
 
-fn find(cfg: &Cfg, point: &Point) -> Result<ChannelSelection, String> {
+fn find(cfg: &Cfg, point: &Point, remarks: &mut Remarks) -> Result<ChannelSelection, String> {
     let digital = |column: &Column| {
         let ids: Vec<&str> = cfg.digitals.iter().map(|channel| channel.id.as_str()).collect();
         find_column(&ids, column, "digital channel")
@@ -236,12 +242,21 @@ fn find(cfg: &Cfg, point: &Point) -> Result<ChannelSelection, String> {
                 return Err(fault);
             }
             let unit = cfg.analogs[channel].unit.as_str();
-            if let Some(wanted) = point.unit.as_deref().filter(|to| units_conflict(to, unit)) {
-                return Err(format!(
-                    "channel '{}' is in {unit}, and {wanted} is wanted: correct the tag's unit, or \
-                     give it a `scale`",
-                    ids[channel]
-                ));
+            let wanted = TagUnit::new(point.unit.as_deref().unwrap_or_default());
+            match wanted.compare([unit]) {
+                UnitAgreement::Agrees => {}
+                UnitAgreement::Conflicts => {
+                    return Err(format!(
+                        "channel '{}' is in {unit}, and {} is wanted: correct the tag's unit, or \
+                         give it a `scale`",
+                        ids[channel],
+                        point.unit.as_deref().unwrap_or_default()
+                    ));
+                }
+                UnitAgreement::Unknown => {
+                    let remark = wanted.remark(UnitAgreement::Unknown, unit).unwrap_or_default();
+                    remarks.add(format!("tag '{}': {remark}", point.id));
+                }
             }
             let factor = match point.values.side() {
                 Some(side) => cfg.analogs[channel].factor_to(side).map_err(|what| {

@@ -21,6 +21,7 @@ const KEY: &str = "key";
 const VALUE: &str = "value";
 const QUALITY: &str = "quality";
 const TIME: &str = "time";
+const UNIT: &str = "unit";
 
 /// Fault of a query that gave nothing for any of its tags.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -85,6 +86,7 @@ struct ColumnsOfTag {
     value: usize,
     quality: Option<usize>,
     time: Option<usize>,
+    unit: Option<usize>,
 }
 
 impl ColumnsOfTag {
@@ -93,6 +95,7 @@ impl ColumnsOfTag {
             value: row.cell(self.value),
             quality: self.quality.map(|column| row.cell(column)),
             time: self.time.map(|column| row.cell(column)),
+            unit: self.unit.map(|column| row.cell(column)),
         }
     }
 }
@@ -119,8 +122,8 @@ impl<'a> Answer<'a> {
                     find(name, names).map_err(|_| QueryFault::NoColumn { name, found })
                 };
                 let optional = |name| names.contains(&name).then(|| find(name)).transpose();
-                let (quality, time) = (optional(QUALITY)?, optional(TIME)?);
-                let columns = ColumnsOfTag { value: find(VALUE)?, quality, time };
+                let (quality, time, unit) = (optional(QUALITY)?, optional(TIME)?, optional(UNIT)?);
+                let columns = ColumnsOfTag { value: find(VALUE)?, quality, time, unit };
                 Places::Long { by_key, key: find(KEY)?, columns }
             }
         };
@@ -231,6 +234,7 @@ fn find_all(columns: &Columns, names: &[&str]) -> Result<ColumnsOfTag, String> {
         value: find(&columns.value, names)?,
         quality: optional(&columns.quality)?,
         time: optional(&columns.time)?,
+        unit: optional(&columns.unit)?,
     })
 }
 

@@ -6,6 +6,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use busbar_plugin_sdk::{
     DoublePoint, Quality, QualityLevel, Reason, Sample, SampleFlags, Value, ValueKind,
 };
+use source_units::UnitAgreement;
 use text_table::{NumberFormat, TimeFormat, TimeReader, find_quality};
 
 use crate::cell::Cell;
@@ -38,6 +39,7 @@ pub(crate) struct Reading<'a> {
     /// `None` where the source has none.
     pub(crate) quality: Option<Cell<'a>>,
     pub(crate) time: Option<Cell<'a>>,
+    pub(crate) unit: Option<Cell<'a>>,
 }
 
 impl Reading<'_> {
@@ -79,11 +81,35 @@ impl Reading<'_> {
             Ok(value) => value,
             Err(what) => return misfit(what),
         };
+        let (agreement, remark) = self.compare_unit(point);
+        if agreement == UnitAgreement::Conflicts {
+            return (bad(Reason::Configuration), remark);
+        }
         let quality = match quality {
             Quality::Good if doubt.is_some() => Quality::Uncertain(reason),
             quality => quality,
         };
-        (Sample { tag: point.tag, value: Some(value), quality, source_time, flags }, doubt)
+        (
+            Sample { tag: point.tag, value: Some(value), quality, source_time, flags },
+            doubt.or(remark),
+        )
+    }
+
+    /// Compares the unit of the row with the tag's, with a remark on one that does not agree.
+    /// NULL states none.
+    fn compare_unit(&self, point: &Point) -> (UnitAgreement, Option<String>) {
+        match self.unit.as_ref() {
+            None | Some(Cell::Null) => (UnitAgreement::Agrees, None),
+            Some(_) if !point.unit.is_known() => (UnitAgreement::Agrees, None),
+            Some(Cell::Text(text)) => {
+                let agreement = point.unit.compare([text.as_ref()]);
+                (agreement, point.unit.remark(agreement, text))
+            }
+            Some(cell) => {
+                let remark = point.unit.remark(UnitAgreement::Unknown, &cell.name());
+                (UnitAgreement::Unknown, remark)
+            }
+        }
     }
 }
 

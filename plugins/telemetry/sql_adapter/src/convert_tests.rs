@@ -1,3 +1,4 @@
+use source_units::TagUnit;
 use std::borrow::Cow;
 use text_table::StateWords;
 
@@ -5,7 +6,8 @@ use super::*;
 
 fn point(kind: ValueKind, states: &[(&str, Value)]) -> Point {
     let states = states.iter().map(|(name, state)| ((*name).to_owned(), *state)).collect();
-    Point { tag: 7, id: "tag".into(), kind, states: StateWords::new(states).unwrap() }
+    let (states, unit) = (StateWords::new(states).unwrap(), TagUnit::default());
+    Point { tag: 7, id: "tag".into(), kind, states, unit }
 }
 
 fn text(text: &str) -> Cell<'_> {
@@ -13,7 +15,13 @@ fn text(text: &str) -> Cell<'_> {
 }
 
 fn check_value(kind: ValueKind, cell: Cell<'_>, expected: Option<Value>) {
-    let point = Point { tag: 7, id: "tag".into(), kind, states: StateWords::default() };
+    let point = Point {
+        tag: 7,
+        id: "tag".into(),
+        kind,
+        states: StateWords::default(),
+        unit: TagUnit::default(),
+    };
     let found = value_of(&point, &cell);
     assert_eq!(found.clone().ok(), expected, "{cell:?} as {kind:?}: {found:?}");
 }
@@ -159,7 +167,7 @@ fn times_have_a_zone_or_are_unix_seconds() {
 fn what_a_row_says_of_its_value_counts() {
     let read =
         |value: Cell<'static>, quality: Option<Cell<'static>>, time: Option<Cell<'static>>| {
-            let reading = Reading { value, quality, time };
+            let reading = Reading { value, quality, time, unit: None };
             reading.sample(&point(ValueKind::F64, &[]), &rules_of_tests(None))
         };
     let good = Sample::good(7, Value::F64(1.0));
@@ -225,8 +233,12 @@ fn local_times_are_those_of_the_zone() {
     }
     let refused = time_of(&Cell::LocalTime(0), &rules_of_tests(None)).unwrap_err();
     assert!(refused.contains("set `zone`"), "{refused}");
-    let reading =
-        Reading { value: Cell::Int(1), quality: None, time: Some(text("2026-10-25 02:30:00")) };
+    let reading = Reading {
+        value: Cell::Int(1),
+        quality: None,
+        time: Some(text("2026-10-25 02:30:00")),
+        unit: None,
+    };
     let (sample, remark) = reading.sample(&point(ValueKind::F64, &[]), &berlin);
     assert_eq!(sample.quality, Quality::Uncertain(Reason::SourceTime));
     assert!(sample.source_time.is_some() && sample.flags == SampleFlags::LIVE);
@@ -256,4 +268,20 @@ fn times_are_of_the_format_of_the_settings() {
     assert!(fault.contains("of the year 1970; as a number of seconds it is of 2026"), "{fault}");
     let fault = time_of(&Cell::Int(1_767_323_045_000), &rules("rfc3339")).unwrap_err();
     assert!(fault.contains("1767323045000") && fault.contains("`time_format`"), "{fault}");
+}
+
+#[test]
+fn every_pair_of_units_is_judged() {
+    for pair in source_units::testing::unit_pairs() {
+        let tag = Point { unit: TagUnit::new(pair.tag), ..point(ValueKind::F64, &[]) };
+        let unit = Some(text(pair.source));
+        let reading = Reading { value: Cell::Float(1.5), quality: None, time: None, unit };
+        let (sample, remark) = reading.sample(&tag, &rules_of_tests(None));
+        let expected = if pair.may_be_good {
+            Sample::good(7, Value::F64(1.5))
+        } else {
+            Sample::bad(7, Reason::Configuration)
+        };
+        assert_eq!((sample, remark.is_some()), (expected, pair.must_be_told), "{pair:?}");
+    }
 }

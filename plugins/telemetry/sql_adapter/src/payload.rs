@@ -19,6 +19,8 @@ pub(crate) struct Payload {
     quality: Option<Json>,
     #[serde(default, deserialize_with = "given")]
     time: Option<Json>,
+    #[serde(default, deserialize_with = "given")]
+    unit: Option<Json>,
 }
 
 /// A payload that cannot be used.
@@ -76,6 +78,7 @@ impl Payload {
             value: cell(&self.value),
             quality: self.quality.as_ref().map(cell),
             time: self.time.as_ref().map(cell),
+            unit: self.unit.as_ref().map(cell),
         }
     }
 }

@@ -198,14 +198,16 @@ impl PointStates {
             self.ignored.unknown += 1;
             return;
         };
-        let mut remarks = Vec::new();
+        let (mut remarks, mut is_wanted) = (Vec::new(), false);
         for &index in indices {
             let points = &self.queries[query].points;
             let (sample, remark) = payload.reading().sample(&points.all[index], &self.rules);
+            // A remark on a value that is good needs no other answer.
+            is_wanted |= remark.is_some() && !sample.quality.is_good();
             self.batch.push(sample);
             remarks.extend(remark.map(|remark| (index, remark)));
         }
-        self.queries[query].is_wanted |= !remarks.is_empty();
+        self.queries[query].is_wanted |= is_wanted;
         remarks.retain(|(index, _)| {
             !std::mem::replace(&mut self.queries[query].is_told[*index], true)
         });

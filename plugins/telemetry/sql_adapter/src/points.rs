@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use busbar_plugin_sdk::{Error, TagSpec, Value, ValueKind, parse_states};
 use serde::Deserialize;
 use serde_json::Value as Json;
+use source_units::TagUnit;
 use text_table::StateWords;
 
 use crate::settings::{Config, QueryConfig};
@@ -24,6 +25,8 @@ pub(crate) struct Point {
     pub(crate) kind: ValueKind,
     /// Values of the source's words for states; empty where it has numbers.
     pub(crate) states: StateWords<Value>,
+    /// Unit that the source must have where it states one.
+    pub(crate) unit: TagUnit,
 }
 
 /// The tags of one query.
@@ -51,6 +54,7 @@ pub(crate) struct Columns {
     pub(crate) value: String,
     pub(crate) quality: Option<String>,
     pub(crate) time: Option<String>,
+    pub(crate) unit: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -61,6 +65,7 @@ struct RawAddress {
     key: Option<String>,
     quality: Option<String>,
     time: Option<String>,
+    unit: Option<String>,
     #[serde(default)]
     states: BTreeMap<String, Json>,
 }
@@ -68,7 +73,7 @@ struct RawAddress {
 impl RawAddress {
     /// All names besides the query's.
     fn names(&self) -> impl Iterator<Item = &String> {
-        let named = [&self.column, &self.key, &self.quality, &self.time];
+        let named = [&self.column, &self.key, &self.quality, &self.time, &self.unit];
         named.into_iter().flatten().chain(self.states.keys())
     }
 }
@@ -150,12 +155,12 @@ fn parse_one(tag: &TagSpec, queries: &[QueryConfig]) -> Result<(usize, Point, Pl
     }
     let place = match (raw.column, raw.key) {
         (Some(value), None) => {
-            Place::Column(Columns { value, quality: raw.quality, time: raw.time })
+            Place::Column(Columns { value, quality: raw.quality, time: raw.time, unit: raw.unit })
         }
-        (None, Some(_)) if raw.quality.is_some() || raw.time.is_some() => {
+        (None, Some(_)) if raw.quality.is_some() || raw.time.is_some() || raw.unit.is_some() => {
             return Err(fault(
-                "quality and time name columns beside `column`; rows with a key have the \
-                 columns quality and time"
+                "quality, time and unit name columns beside `column`; rows with a key have the \
+                 columns quality, time and unit"
                     .into(),
             ));
         }
@@ -168,8 +173,10 @@ fn parse_one(tag: &TagSpec, queries: &[QueryConfig]) -> Result<(usize, Point, Pl
             ));
         }
     };
+    let is_number = matches!(tag.kind, ValueKind::F64 | ValueKind::I64);
+    let unit = if is_number { TagUnit::new(&tag.unit) } else { TagUnit::default() };
     let states = parse_states(tag.kind, raw.states).and_then(StateWords::new).map_err(fault)?;
-    Ok((query, Point { tag: tag.tag, id: tag.id.clone(), kind: tag.kind, states }, place))
+    Ok((query, Point { tag: tag.tag, id: tag.id.clone(), kind: tag.kind, states, unit }, place))
 }
 
 #[cfg(test)]

@@ -42,7 +42,7 @@ fn tags_are_found_by_query_and_name() {
     .unwrap();
     let Shape::Wide(columns) = &points[0].shape else { panic!("{points:?}") };
     let time = Some("at".to_owned());
-    assert_eq!(columns[..], [Columns { value: "oil".into(), quality: None, time }]);
+    assert_eq!(columns[..], [Columns { value: "oil".into(), quality: None, time, unit: None }]);
     let Shape::Long(by_key) = &points[1].shape else { panic!("{points:?}") };
     assert_eq!(by_key["T1.Oil"], [0, 1]);
     assert_eq!(by_key["Q1"], [2]);

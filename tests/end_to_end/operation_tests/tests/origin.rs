@@ -15,6 +15,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
 const SIZE: [u32; 2] = [960, 540];
+const TRANSFORMER: &str = "=S12D1T1-TA1";
 /// Number of the band's pixel rows, below its height at every size.
 const BAND_ROWS: u32 = 14;
 /// Least share of the band's pixels with dark ground; that of light letters and stripes follows.
@@ -209,6 +210,58 @@ fn generated_samples_are_marked_as_simulated() {
     assert_eq!([&alarm["id"], &alarm["origin"]], [&json!("Oil"), &json!(["simulated"])]);
     assert_eq!(origins_of_tags(&stats), [json!(["simulated"])]);
     assert!(has_band(&picture));
+}
+
+/// Adds an overlay that judges the top oil of the transformer.
+fn with_judgment(scene: &mut Scene) {
+    scene.add_plugin("condition");
+    let quantity = json!({
+        "name": "Oil", "role": "oil", "unit": "°C", "attention": 1e9, "alarm": 1e12,
+    });
+    let config = &mut scene.config;
+    config["plugins"]["judged"] = json!({
+        "plugin": "condition",
+        "settings": { "quantities": [quantity], "equipment": [TRANSFORMER] },
+    });
+    let list = |value: &mut Value, more: Value| value.as_array_mut().unwrap().push(more);
+    list(&mut config["overlays"], json!("judged"));
+    list(
+        &mut config["bindings"],
+        json!({ "tag": "T1.TopOil", "node": TRANSFORMER, "role": "oil" }),
+    );
+}
+
+/// Returns verdict and origins of the transformer.
+fn verdict(stats: &Value) -> (String, Value) {
+    let mut all = stats["verdicts"].as_array().expect("statistics have verdicts").iter();
+    let own = all.find(|of| of["overlay"] == "judged" && of["equipment"] == TRANSFORMER);
+    let own = own.expect("equipment that settings name has a verdict");
+    (own["verdict"].as_str().expect("a text").to_owned(), own["origin"].clone())
+}
+
+#[test]
+fn a_verdict_has_the_origins_of_the_values_that_it_rests_on() {
+    let (mut scene, port) = scene();
+    with_judgment(&mut scene);
+    let simulator = simulate(&scene);
+    let judged = |scene: &Scene| verdict(&rendered(scene, SIZE).1);
+    assert_eq!(judged(&scene), ("normal".into(), json!(["simulated"])));
+    // Behind a relay nobody can tell, until the configuration does.
+    let relay = Relay::start(port);
+    scene.config["plugins"]["bay"]["settings"]["port"] = json!(relay.port);
+    assert_eq!(judged(&scene), ("normal".into(), json!([])));
+    scene.config["plugins"]["bay"]["simulated"] = json!(true);
+    assert_eq!(judged(&scene), ("normal".into(), json!(["simulated"])));
+    simulator.signal(Signal::TERM);
+    simulator.finish().expect_code(0);
+    // Values that never came have no origin, and no verdict is made of them.
+    let (verdict, _) = judged(&scene);
+    assert_eq!(verdict, "unknown");
+    let mut recorded = replay();
+    with_judgment(&mut recorded);
+    assert_eq!(judged(&recorded), ("normal".into(), json!(["recorded"])));
+    recorded.config["plugins"]["recording"]["simulated"] = json!(true);
+    assert_eq!(judged(&recorded), ("normal".into(), json!(["simulated", "recorded"])));
 }
 
 /// View of an operator without a window of its own.

@@ -175,3 +175,58 @@ fn many_variables_are_read_in_pieces() {
         running.wait_for(number, Value::F64(value));
     }
 }
+
+#[test]
+fn a_value_in_another_unit_than_its_tag_is_never_good() {
+    // SIUnit and multiplier as the server has them; the tag's unit.
+    let cases = [
+        (38, 6, "MW", true),
+        (38, 3, "MW", false),
+        (62, 6, "MW", true),
+        (6, 0, "°C", false),
+        (23, 0, "°C", true),
+        (0, 0, "MW", true),
+        (47, 0, "MW", true),
+        (63, 6, "MW", false),
+    ];
+    let units: Vec<_> = cases.iter().map(|(unit, power, ..)| json!([unit, power])).collect();
+    let Some(mut peer) = peer::start(&json!({ "units": units })) else { return };
+    let of = |number: u32, reference: &str, unit: &str| TagSpec {
+        unit: unit.into(),
+        ..tag(number, ValueKind::F64, reference, "MX")
+    };
+    let mut tags: Vec<_> = (1..)
+        .zip(&cases)
+        .map(|(number, (_, _, unit, _))| of(number, &format!("MMXU3.Val{number}"), unit))
+        .collect();
+    // The parts of a vector, of which the angle is in no such unit; and a scaled value.
+    tags.push(of(50, "MMXU3.Phs.phsA", "kV"));
+    tags.push(of(51, "MMXU3.Phs.phsA.cVal.mag.f", "V"));
+    tags.push(of(52, "MMXU3.Phs.phsB", "V"));
+    let mut scaled = of(53, "MMXU3.Val1", "kW");
+    scaled.address["scale"] = json!(1000.0);
+    tags.push(scaled);
+    for settings in [json!({}), json!({"reports": [{"rcb": "IED1LD0/LLN0.RP.urcbU01"}]})] {
+        let running = start(peer.port, settings, tags.clone());
+        running.wait_for_bad(50, Reason::Configuration);
+        for number in [51, 52, 53] {
+            running.wait_for_quality(number, Quality::Good);
+        }
+        for value in [2.5, 3.5] {
+            for (number, (.., is_good)) in (1..).zip(&cases) {
+                let object = format!("LD0/MMXU3.Val{number}");
+                peer.command(&json!({"object": object, "values": {"mag.f": value}}));
+                if *is_good {
+                    running.wait_for(number, Value::F64(value));
+                } else {
+                    running.wait_for_bad(number, Reason::Configuration);
+                }
+            }
+        }
+        for (number, (.., is_good)) in (1..).zip(&cases) {
+            let has_good = running.samples(number).iter().any(|sample| sample.quality.is_good());
+            assert_eq!(has_good, *is_good, "{number}");
+        }
+        assert!(running.samples(50).iter().all(|sample| !sample.quality.is_good()));
+    }
+}

@@ -6,10 +6,14 @@ use busbar_plugin_sdk::{Quality, Reason};
 use srad_types::payload::{DataType, Metric, metric, property_value};
 
 use crate::convert::{Raw, quality_of_code};
+use crate::point_states::StatedUnit;
 use crate::source_time::is_possible;
 
 /// Property that has the quality code (Sparkplug 3.0, 6.4.15).
 const QUALITY_KEY: &str = "Quality";
+/// Properties that have the unit, in lower case without spaces, hyphens and underscores. The
+/// specification names none: the first is that of Ignition and Tahu.
+const UNIT_KEYS: [&str; 5] = ["engunit", "engineeringunit", "engineeringunits", "unit", "units"];
 
 /// Converts milliseconds since 1970 to a time. `None` beyond 2262, such as for microseconds in
 /// place of milliseconds.
@@ -141,6 +145,26 @@ pub(super) fn quality(metric: &Metric) -> Quality {
         Some(property_value::Value::IntValue(code)) => quality_of_code((*code as i32).into()),
         Some(property_value::Value::LongValue(code)) => quality_of_code(*code as i64),
         _ => Quality::Uncertain(Reason::Configuration),
+    }
+}
+
+/// Reads the unit that a metric states, by the first known property that has one.
+pub(super) fn unit(metric: &Metric) -> StatedUnit<'_> {
+    let Some(properties) = metric.properties.as_ref() else { return StatedUnit::Absent };
+    let place = UNIT_KEYS.iter().find_map(|name| {
+        properties.keys.iter().position(|key| {
+            let letters = key.chars().filter(|c| !matches!(c, ' ' | '_' | '-'));
+            letters.flat_map(char::to_lowercase).eq(name.chars())
+        })
+    });
+    let Some(index) = place else { return StatedUnit::Absent };
+    match properties.values.get(index) {
+        Some(property) if property.is_null == Some(true) => StatedUnit::Absent,
+        Some(property) => match &property.value {
+            Some(property_value::Value::StringValue(text)) => StatedUnit::Named(text),
+            _ => StatedUnit::Unreadable,
+        },
+        None => StatedUnit::Unreadable,
     }
 }
 

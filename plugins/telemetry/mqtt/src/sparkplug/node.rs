@@ -11,9 +11,9 @@ use busbar_plugin_sdk::{LogLevel, Reason, SampleFlags};
 use srad_types::payload::{DataType, Metric};
 
 use super::aliases::{Alias, AliasTable};
-use super::metric_value::{data_type, instant, quality, raw_value};
+use super::metric_value::{data_type, instant, quality, raw_value, unit};
 use super::payload::{Entry, MAX_METRIC_BYTES, Payload, PayloadFault};
-use crate::point_states::{PointStates, Stamp};
+use crate::point_states::{PointStates, Stamp, StatedUnit};
 
 /// Aliases of one edge node.
 pub(crate) const MAX_ALIASES: usize = 100_000;
@@ -373,6 +373,10 @@ impl Node {
                 if let Some(known) = named.and_then(|index| self.metrics.get_mut(index)) {
                     known.is_born = true;
                     known.data_type = data_type(metric).ok().flatten();
+                    // A birth tells all of a metric's properties.
+                    for point in known.points.clone() {
+                        point_states.note_unit(point, unit(metric));
+                    }
                 }
                 let Some(alias) = metric.alias else { return };
                 if aliases >= MAX_ALIASES {
@@ -562,7 +566,12 @@ impl Node {
         // A birth that was lost may have told another type.
         let of_birth = of_birth.filter(|_| self.is_followed());
         let raw = raw_value(metric, of_birth);
+        let stated = unit(metric);
         for point in points.clone() {
+            // Data without the property leaves the unit as the birth told it.
+            if stated != StatedUnit::Absent {
+                point_states.note_unit(point, stated);
+            }
             if source_time.is_none() {
                 point_states.tell_time(point, || match millis {
                     None => "missing (metric and message have no timestamp)".into(),

@@ -329,3 +329,28 @@ fn a_metric_that_no_birth_has_is_a_fault_of_the_configuration() {
     running.wait_for(2, Value::F64(2.0));
     running.wait_for_bad(3, Reason::Configuration);
 }
+
+#[test]
+fn a_metric_in_another_unit_than_its_tag_is_never_good() {
+    let Some(broker) = Broker::start() else { return };
+    let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
+    let cases = [("MW", "MW"), ("MW", "kW"), ("°C", "degC"), ("°C", "degF"), ("A", "apples")];
+    let tags = (0..).zip(cases).map(|(number, (unit, _))| TagSpec {
+        unit: unit.into(),
+        ..metric(number, ValueKind::F64, None, &format!("m{number}"))
+    });
+    let running = start(broker.port, &json!({}), tags.collect());
+    let metrics: Vec<_> = (0..)
+        .zip(cases)
+        .map(|(number, (_, unit)): (u32, _)| {
+            json!({"name": format!("m{number}"), "type": "DOUBLE", "value": 61.5, "unit": unit})
+        })
+        .collect();
+    node.command(&json!({ "birth": metrics }));
+    for (number, (tag, source)) in (0..).zip(cases) {
+        match (tag, source) {
+            ("MW", "kW") | ("°C", "degF") => running.wait_for_bad(number, Reason::Configuration),
+            _ => running.wait_for(number, Value::F64(61.5)),
+        }
+    }
+}

@@ -282,3 +282,51 @@ fn another_server_of_the_set_takes_over() {
     drop(first);
     running.wait_for(1, Value::F64(2.0));
 }
+
+#[test]
+fn a_node_in_another_unit_than_its_tag_is_never_good() {
+    let cases = [
+        ("MW", json!({"name": "MW"}), true),
+        ("MW", json!({"name": "kW"}), false),
+        ("°C", json!({"name": "", "id": 4_604_232}), false),
+        ("°C", json!({"name": "Grad", "id": 4_408_652}), true),
+        ("A", json!({"name": "apples"}), true),
+        ("Mvar", json!({"name": "kvar", "id": 5_062_994}), false),
+        ("A", json!(null), true),
+        ("", json!({"name": "kW"}), true),
+    ];
+    let nodes: Vec<_> = (0..)
+        .zip(&cases)
+        .map(|(index, (_, unit, _)): (u32, _)| {
+            let mut node = node(&format!("N{index}"), "Double", &json!(61.5));
+            node["unit"] = unit.clone();
+            node
+        })
+        .collect();
+    let Some(mut peer) = peer::start(&json!({"nodes": nodes})) else { return };
+    let of = |index: u32, unit: &str, address: Json| {
+        let mut spec = tag(index, ValueKind::F64, &format!("N{}", index % 100));
+        spec.address.as_object_mut().unwrap().extend(address.as_object().unwrap().clone());
+        TagSpec { unit: unit.into(), ..spec }
+    };
+    let mut tags: Vec<_> =
+        (0..).zip(&cases).map(|(index, (unit, ..))| of(index, unit, json!({}))).collect();
+    // A tag that scales has a unit of its own.
+    tags.push(of(101, "MW", json!({"scale": 0.001})));
+    let running = start(peer.port, &json!({}), tags);
+    running.wait_for(101, Value::F64(61.5 * 0.001));
+    for (index, (unit, stated, is_good)) in (0..).zip(&cases) {
+        match is_good {
+            true => running.wait_for(index, Value::F64(61.5)),
+            false => running.wait_for_bad(index, Reason::Configuration),
+        }
+        let has_good = running.samples(index).iter().any(|sample| sample.quality.is_good());
+        assert_eq!(has_good, *is_good, "{unit} {stated}");
+    }
+    // A new value is no better.
+    peer.command(&json!({"set": node("N1", "Double", &json!(62.5))}));
+    peer.command(&json!({"set": node("N0", "Double", &json!(62.5))}));
+    running.wait_for(0, Value::F64(62.5));
+    running.wait_for_bad(1, Reason::Configuration);
+    assert!(running.samples(1).iter().all(|sample| !sample.quality.is_good()));
+}

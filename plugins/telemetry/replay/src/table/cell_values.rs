@@ -1,7 +1,8 @@
 //! Values and qualities of cells.
 
 use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
-use text_table::{StateWords, find_quality, shorten, units_conflict};
+use source_units::units_conflict;
+use text_table::{StateWords, find_quality, shorten};
 
 use super::config::CsvConfig;
 

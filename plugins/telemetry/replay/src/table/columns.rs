@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
-use text_table::{Cells, StateWords, units_conflict};
+use source_units::{TagUnit, UnitAgreement};
+use text_table::{Cells, StateWords};
 
 use super::cell_values::{CellValue, read_cell, read_quality};
 use super::config::{Column, CsvConfig, Form, find_column};
@@ -151,21 +152,33 @@ impl Columns {
     ///
     /// # Errors
     /// Tags that want another unit.
-    pub(super) fn take_units(&mut self, cells: &Cells, points: &Points) -> Result<(), Vec<String>> {
+    pub(super) fn take_units(
+        &mut self,
+        cells: &Cells,
+        points: &Points,
+        remarks: &mut Remarks,
+    ) -> Result<(), Vec<String>> {
         let ColumnSelection::Wide(columns) = &self.wanted else { return Ok(()) };
         let mut faults = Vec::new();
         for ((column, unit), point) in columns.iter().zip(&mut self.units).zip(&points.0) {
             let Cell::One(index) = column.values else { continue };
             let found = header::unit_of(cells.get(index));
-            match unit {
-                _ if found.is_empty() => {}
-                Some(wanted) if units_conflict(wanted, found) => faults.push(format!(
+            let Some(wanted) = unit else {
+                *unit = Some(found.to_owned()).filter(|found| !found.is_empty());
+                continue;
+            };
+            let compared = TagUnit::new(wanted);
+            match compared.compare([found]) {
+                UnitAgreement::Agrees => {}
+                UnitAgreement::Conflicts => faults.push(format!(
                     "tag '{}': its column is in {found}, and {wanted} is wanted: correct the tag's \
                      unit, or give it a `scale`",
                     point.id
                 )),
-                Some(_) => {}
-                None => *unit = Some(found.to_owned()),
+                UnitAgreement::Unknown => {
+                    let remark = compared.remark(UnitAgreement::Unknown, found).unwrap_or_default();
+                    remarks.add(format!("tag '{}': {remark}", point.id));
+                }
             }
         }
         if faults.is_empty() { Ok(()) } else { Err(faults) }

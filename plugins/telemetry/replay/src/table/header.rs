@@ -1,6 +1,7 @@
 //! Rows before the data: the header that names columns, and the row of units.
 
-use text_table::{Cells, find_unit};
+use source_units::find_unit;
+use text_table::Cells;
 
 use super::config::{Column, CsvConfig, Form};
 use crate::address::{Points, Source};

@@ -144,7 +144,7 @@ impl<R: Read + Seek + Send> Table<R> {
             return Ok(());
         }
         if header::is_units_row(&config.csv, self.rows.cells(), self.columns.time_columns()) {
-            let taken = self.columns.take_units(self.rows.cells(), points);
+            let taken = self.columns.take_units(self.rows.cells(), points, remarks);
             taken.map_err(|faults| Fault::of_tags(&config.file, &faults))?;
             self.mark = self.rows.position();
             if config.csv.units_row.is_none() {

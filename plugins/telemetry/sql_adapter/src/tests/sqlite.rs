@@ -211,3 +211,50 @@ fn a_writer_at_work_is_followed() {
     let counted = values.iter().skip_while(|value| **value == 61.5).copied();
     assert!(counted.is_sorted(), "{values:?}");
 }
+
+#[test]
+fn a_value_in_another_unit_than_its_tag_is_never_good() {
+    let cases = [
+        ("MW", "'MW'", true),
+        ("MW", "'kW'", false),
+        ("°C", "'degF'", false),
+        ("A", "'apples'", true),
+        ("A", "NULL", true),
+        ("A", "7", true),
+        ("", "'kW'", true),
+    ];
+    let rows: Vec<_> = cases
+        .iter()
+        .enumerate()
+        .map(|(index, (_, unit, _))| format!("('{index}', 61.5, {unit})"))
+        .collect();
+    let database = Database::with(&format!(
+        "CREATE TABLE latest (tag TEXT, reading REAL, unit); INSERT INTO latest VALUES {}",
+        rows.join(", ")
+    ));
+    let ask = "SELECT tag AS key, reading AS value, unit FROM latest";
+    let one = "SELECT reading, unit AS u FROM latest WHERE tag = '1'";
+    let settings = database.settings(&[query("latest", ask), query("one", one)]);
+    let with_unit = |spec: TagSpec, unit: &str| TagSpec { unit: unit.into(), ..spec };
+    let of = |(index, (unit, ..)): (u32, &(&str, _, _))| {
+        with_unit(key(index, "latest", &index.to_string(), ValueKind::F64), unit)
+    };
+    let mut tags: Vec<_> = (0..).zip(&cases).map(of).collect();
+    for (index, unit) in [(50, "MW"), (51, "kW")] {
+        let mut spec = with_unit(column(index, "one", "reading", ValueKind::F64), unit);
+        spec.address["unit"] = json!("u");
+        tags.push(spec);
+    }
+    let running = start(settings, tags);
+    running.wait_for_bad(50, Reason::Configuration);
+    running.wait_for(51, Value::F64(61.5));
+    for (index, (unit, stated, is_good)) in (0..).zip(&cases) {
+        if *is_good {
+            running.wait_for(index, Value::F64(61.5));
+        } else {
+            running.wait_for_bad(index, Reason::Configuration);
+        }
+        let has_good = running.samples(index).iter().any(|sample| sample.quality.is_good());
+        assert_eq!(has_good, *is_good, "{unit} {stated}");
+    }
+}
