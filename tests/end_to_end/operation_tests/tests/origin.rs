@@ -223,7 +223,7 @@ fn with_judgment(scene: &mut Scene) {
         "plugin": "condition",
         "settings": { "quantities": [quantity], "equipment": [TRANSFORMER] },
     });
-    let list = |value: &mut Value, more: Value| value.as_array_mut().unwrap().push(more);
+    let list = |value: &mut Value, more: Value| value.as_array_mut().expect("a list").push(more);
     list(&mut config["overlays"], json!("judged"));
     list(
         &mut config["bindings"],
