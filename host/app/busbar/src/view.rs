@@ -126,12 +126,16 @@ struct OpenWindow {
     is_seen: bool,
     /// Frame that was drawn and may not be shown yet.
     unshown: Option<UnshownFrame>,
+    /// True after a step that gave the window no frame: Wayland answers none of its requests.
+    awaits_commit: bool,
     /// Reason for an older picture, as in the window's title.
     trouble: Option<String>,
 }
 
 /// Frame that was drawn and may not be shown yet.
 struct UnshownFrame {
+    /// Number of the frame among those of the window.
+    number: u64,
     /// Instant of the values in it; none where it is no proof of life, since it shows a trouble.
     true_at: Option<u64>,
 }
@@ -283,7 +287,10 @@ impl OpenWindow {
         let mut viewer =
             Viewer::new_in_window(scene, options, window.clone(), [size.width, size.height])?;
         viewer.set_operator(&operator());
-        viewer.defer_presentation();
+        let x11_id = x11_id(&window);
+        if x11_id.is_some() {
+            viewer.defer_presentation();
+        }
         let egui = egui_winit::State::new(
             viewer.egui_context().clone(),
             egui::ViewportId::ROOT,
@@ -294,7 +301,7 @@ impl OpenWindow {
         );
         Ok(Self {
             watch: WindowWatch::new(&window),
-            x11_id: x11_id(&window),
+            x11_id,
             is_mapped: true,
             is_iconified: false,
             is_seen: true,
@@ -303,6 +310,7 @@ impl OpenWindow {
             window,
             announced: false,
             unshown: None,
+            awaits_commit: false,
             trouble: None,
         })
     }
@@ -335,9 +343,9 @@ impl OpenWindow {
     }
 
     /// Reports whether steps come at their time. Otherwise the window system paces frames: on
-    /// Wayland, while the window is seen.
+    /// Wayland, while the window is seen and gets frames.
     fn steps_directly(&self) -> bool {
-        self.x11_id.is_some() || !self.is_seen
+        self.x11_id.is_some() || !self.is_seen || self.awaits_commit
     }
 
     /// Shows the last frame drawn if it is not shown yet.
@@ -345,12 +353,16 @@ impl OpenWindow {
         if self.unshown.is_some() {
             self.viewer.present_deferred();
             self.note_shown();
+            // One that the window did not take never will be shown: it is drawn again.
+            self.unshown = None;
         }
     }
 
-    /// Notes that the last frame drawn is shown.
+    /// Notes the last frame drawn if the window has taken it.
     fn note_shown(&mut self) {
-        let true_at = self.unshown.take().and_then(|frame| frame.true_at);
+        let shown = self.viewer.window_frames().shown;
+        let true_at =
+            self.unshown.take_if(|frame| frame.number <= shown).and_then(|frame| frame.true_at);
         if let (Some(true_at), Some(watch)) = (true_at, &mut self.watch) {
             watch.note_frame(true_at);
         }
@@ -361,17 +373,24 @@ impl OpenWindow {
         let input = self.egui.take_egui_input(&self.window);
         self.window.pre_present_notify();
         let true_at = boot_nanos();
+        let before = self.viewer.window_frames().submitted;
         let frame = self.viewer.frame(input)?;
-        match frame.is_drawn {
-            // With its submission the frame before it was shown.
-            true => self.note_shown(),
-            false => self.show_frame(),
-        }
+        let number = self.viewer.window_frames().submitted;
+        self.awaits_commit = number == before;
         let is_healthy = frame.trouble.is_none();
-        if frame.is_drawn {
-            self.unshown = Some(UnshownFrame { true_at: is_healthy.then_some(true_at) });
-        } else if let Some(watch) = self.watch.as_mut().filter(|_| is_healthy) {
-            if frame.is_current {
+        // The frame before was shown when this one was submitted.
+        self.note_shown();
+        if number > before {
+            self.unshown = Some(UnshownFrame { number, true_at: is_healthy.then_some(true_at) });
+            self.note_shown();
+        } else {
+            self.show_frame();
+        }
+        let is_shown = self.viewer.window_frames().shown == number;
+        if !frame.is_drawn
+            && let Some(watch) = self.watch.as_mut().filter(|_| is_healthy)
+        {
+            if frame.is_current && is_shown {
                 watch.note_unchanged(true_at, self.viewer.has_finished_frame());
             } else if !self.is_mapped {
                 watch.note_unmapped(true_at);
@@ -386,6 +405,7 @@ impl OpenWindow {
             self.trouble = frame.trouble;
         }
         if !self.announced {
+            self.show_frame();
             output::result("ready");
             self.announced = true;
         }

@@ -59,7 +59,7 @@ pub use pass::{
 pub use pipeline::{
     AttributeKind, Blend, Pipeline, PipelineDescription, ShaderStage, VertexAttribute, VertexBuffer,
 };
-pub use queue::{GpuOptions, GpuQueue};
+pub use queue::{GpuOptions, GpuQueue, WindowFrames};
 pub use recorder::{Recorder, Submission};
 pub use sampler::{AddressMode, Sampler};
 pub use surface::WindowHandles;

@@ -29,8 +29,8 @@ pub(crate) struct Presenter {
     outdated: bool,
     /// Surface loss: the surface is to be made anew too.
     surface_lost: bool,
-    /// Submitted frame that is not shown yet.
-    deferred: Option<PresentTarget>,
+    /// Submitted frame that is not shown yet, with its number.
+    deferred: Option<(PresentTarget, u64)>,
 }
 
 impl Presenter {
@@ -234,29 +234,30 @@ impl Presenter {
         }
     }
 
-    /// Keeps a submitted frame to be shown by [`Presenter::present_deferred`].
-    pub(crate) fn defer(&mut self, target: PresentTarget) {
-        self.deferred = Some(target);
+    /// Keeps a submitted frame, with its number, to be shown by [`Presenter::present_deferred`].
+    pub(crate) fn defer(&mut self, target: PresentTarget, number: u64) {
+        self.deferred = Some((target, number));
     }
 
-    /// Shows the frame that was deferred, if any; reports whether there was one.
-    pub(crate) fn present_deferred(&mut self) -> Result<bool, GpuError> {
-        match self.deferred.take() {
-            Some(target) => self.present(&target).map(|()| true),
-            None => Ok(false),
-        }
+    /// Shows the frame that was deferred, if any; returns its number if the window took it.
+    pub(crate) fn present_deferred(&mut self) -> Result<Option<u64>, GpuError> {
+        let Some((target, number)) = self.deferred.take() else { return Ok(None) };
+        Ok(self.present(&target)?.then_some(number))
     }
 
-    pub(crate) fn present(&mut self, target: &PresentTarget) -> Result<(), GpuError> {
+    /// Shows a frame; reports whether the window took it.
+    pub(crate) fn present(&mut self, target: &PresentTarget) -> Result<bool, GpuError> {
         let Some(swapchain) = &self.swapchain else {
-            return Ok(());
+            return Ok(false);
         };
         match swapchain.present(target) {
-            Ok(suboptimal) => self.outdated |= suboptimal,
-            Err(code) if self.note_surface_change(code) => {}
-            Err(code) => return Err(vulkan_error("showing a frame")(code)),
+            Ok(suboptimal) => {
+                self.outdated |= suboptimal;
+                Ok(true)
+            }
+            Err(code) if self.note_surface_change(code) => Ok(false),
+            Err(code) => Err(vulkan_error("showing a frame")(code)),
         }
-        Ok(())
     }
 }
 

@@ -31,6 +31,22 @@ pub struct GpuOptions {
     pub log: ValidationLog,
 }
 
+/// Frames of a window, numbered from 1 in the order in which they were submitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WindowFrames {
+    /// Number of the last frame submitted.
+    pub submitted: u64,
+    /// Number of the last frame that the window took.
+    pub shown: u64,
+}
+
+impl WindowFrames {
+    pub(crate) fn number_next(&mut self) -> u64 {
+        self.submitted += 1;
+        self.submitted
+    }
+}
+
 /// Queue of an open device, with a window or without.
 pub struct GpuQueue {
     pub(crate) presenter: Option<Presenter>,
@@ -39,6 +55,9 @@ pub struct GpuQueue {
     pub(crate) max_triangles_per_pass: Option<NonZeroU32>,
     /// True where frames are shown later than they are submitted.
     pub(crate) defers_presentation: bool,
+    /// True after a deferred frame could not be shown: the next one reports what is wrong.
+    pub(crate) shows_at_once: bool,
+    pub(crate) window_frames: WindowFrames,
     next_frame: usize,
     frame_millis: Option<f64>,
     stage_millis: StageMillis,
@@ -84,6 +103,8 @@ impl GpuQueue {
             slots,
             max_triangles_per_pass: None,
             defers_presentation: false,
+            shows_at_once: false,
+            window_frames: WindowFrames::default(),
             next_frame: 0,
             frame_millis: None,
             stage_millis: StageMillis::default(),
@@ -109,19 +130,35 @@ impl GpuQueue {
         self.defers_presentation = is_deferred && self.gpu.is_software();
     }
 
-    /// Shows the frame that was deferred, if any; reports whether there was one. Waits until it is
-    /// drawn.
+    /// Shows the frame that was deferred, if any; waits until it is drawn. After an error the next
+    /// frame is not deferred.
     ///
     /// # Errors
     /// When the device is lost or memory runs out.
-    pub fn present_deferred(&mut self) -> Result<bool, GpuError> {
-        let Some(presenter) = &mut self.presenter else { return Ok(false) };
-        let presented = presenter.present_deferred();
-        if presented.is_err() {
-            // Its semaphores may be left signalled: make all of it anew.
-            presenter.reset_swapchain();
+    pub fn present_deferred(&mut self) -> Result<(), GpuError> {
+        let Some(presenter) = &mut self.presenter else { return Ok(()) };
+        match presenter.present_deferred() {
+            Ok(shown) => {
+                self.window_frames.shown = shown.unwrap_or(self.window_frames.shown);
+                Ok(())
+            }
+            Err(error) => {
+                // Its semaphores may be left signalled: make all of it anew.
+                presenter.reset_swapchain();
+                self.shows_at_once = true;
+                Err(error)
+            }
         }
-        presented
+    }
+
+    /// Returns the numbers of the window's frames.
+    pub fn window_frames(&self) -> WindowFrames {
+        self.window_frames
+    }
+
+    /// Goes on numbering the window's frames as before, on another device.
+    pub fn continue_window_frames(&mut self, frames: WindowFrames) {
+        self.window_frames = frames;
     }
 
     /// Returns the GPU time of the last frame that finished, milliseconds, if the device measures
@@ -181,6 +218,10 @@ impl GpuQueue {
     /// # Errors
     /// When the window or the device is lost, or memory runs out.
     pub fn prepare_window(&mut self) -> Result<Option<[u32; 2]>, GpuError> {
+        if !self.fits_window() {
+            // A new swapchain does not know the last frame.
+            self.present_deferred()?;
+        }
         match &mut self.presenter {
             Some(presenter) => presenter.prepare(),
             None => Ok(None),

@@ -170,6 +170,7 @@ impl<'g> Recorder<'g> {
     /// # Errors
     /// When there is no window, the device is lost or memory runs out.
     pub fn present(mut self, picture: &Image) -> Result<bool, GpuError> {
+        self.queue.present_deferred()?;
         let mut presenter =
             self.queue.presenter.take().ok_or(GpuError::Misuse("presenting without a window"))?;
         let presented = self.present_to(&mut presenter, picture);
@@ -183,7 +184,6 @@ impl<'g> Recorder<'g> {
 
     fn present_to(&mut self, presenter: &mut Presenter, picture: &Image) -> Result<bool, GpuError> {
         self.transition(picture, ImageUse::CopySource);
-        presenter.present_deferred()?;
         let Some(target) = presenter.acquire(self.slot)? else {
             self.finish(None, None)?;
             return Ok(false);
@@ -192,9 +192,12 @@ impl<'g> Recorder<'g> {
         // by the transition above and is kept alive.
         unsafe { presenter.record_copy(self.commands(), picture, &target) };
         self.finish(Some(target.acquired), Some(target.presentable))?;
-        match self.queue.defers_presentation {
-            true => presenter.defer(target),
-            false => presenter.present(&target)?,
+        let number = self.queue.window_frames.number_next();
+        if self.queue.defers_presentation && !self.queue.shows_at_once {
+            presenter.defer(target, number);
+        } else if presenter.present(&target)? {
+            self.queue.window_frames.shown = number;
+            self.queue.shows_at_once = false;
         }
         Ok(presenter.fits_window())
     }

@@ -60,7 +60,7 @@ pub use busbar_density::{
     MAX_DENSITY_BYTES, SLICE_RECORDS,
 };
 pub use busbar_gpu::{
-    GpuError, MAX_STAGES, RecoveryAction, StageMillis, ValidationLog, WindowHandles,
+    GpuError, MAX_STAGES, RecoveryAction, StageMillis, ValidationLog, WindowFrames, WindowHandles,
 };
 pub use busbar_panel_painter::{EguiFrame, MAX_PANEL_VERTICES};
 pub use density_planes::DensityPlane;

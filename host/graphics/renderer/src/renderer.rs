@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use busbar_gpu::{Gpu, GpuOptions, GpuQueue, ImageArea, ValidationLog, WindowHandles};
+use busbar_gpu::{
+    Gpu, GpuOptions, GpuQueue, ImageArea, ValidationLog, WindowFrames, WindowHandles,
+};
 use busbar_panel_painter::PanelPainter;
 
 use crate::draw_reduction::{DrawReduction, NoReduction};
@@ -230,6 +232,7 @@ impl Renderer {
         let mut next = Self::open_with(self.setup.clone(), self.size)?;
         next.panels.inherit(&self.panels);
         next.scene.cache.set_limit(self.scene.cache.limit());
+        next.queue.continue_window_frames(self.queue.window_frames());
         *self = next;
         Ok(())
     }
@@ -402,16 +405,20 @@ impl Renderer {
         self.queue.defer_presentation(true);
     }
 
-    /// Shows the last frame if that was deferred; reports whether it was.
+    /// Shows the last frame if that was deferred.
     ///
     /// # Errors
-    /// When the device is lost or memory runs out; the next frame is drawn anew.
-    pub fn present_deferred(&mut self) -> Result<bool, RenderError> {
+    /// When the device is lost or memory runs out; the next frame is drawn and shown at once.
+    pub fn present_deferred(&mut self) -> Result<(), RenderError> {
         let presented = self.queue.present_deferred();
-        if presented.is_err() {
-            self.invalidate_shown();
-        }
+        let WindowFrames { submitted, shown } = self.queue.window_frames();
+        self.is_shown &= submitted == shown;
         Ok(presented?)
+    }
+
+    /// Returns the numbers of the window's frames: the last one drawn, and the last one shown.
+    pub fn window_frames(&self) -> WindowFrames {
+        self.queue.window_frames()
     }
 
     /// Draws a frame; in a window, shows it, unless [`Renderer::defer_presentation`] was called.

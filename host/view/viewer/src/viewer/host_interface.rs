@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use busbar_alarms::{AlarmFlags, AlarmHandle};
 use busbar_chart::Action;
+use busbar_renderer::WindowFrames;
 use busbar_scene::NodeIndex;
 use busbar_site::{ChangedAlarm, HostTagValue, PluginHealth};
 use busbar_tags::{SourceTime, TagHandle};
@@ -68,11 +69,17 @@ impl Viewer {
         self.renderer.get_mut().defer_presentation();
     }
 
-    /// Shows the last frame if that was deferred. A lost device is reported by the next frame.
+    /// Shows the last frame if that was deferred. The next frame reports what is wrong if it cannot be
+    /// shown.
     pub fn present_deferred(&mut self) {
         if let Err(error) = self.renderer.get_mut().present_deferred() {
             tracing::debug!(%error, "a frame is not shown");
         }
+    }
+
+    /// Returns the numbers of the window's frames: the last one drawn, and the last one shown.
+    pub fn window_frames(&self) -> WindowFrames {
+        self.renderer.get().window_frames()
     }
 
     /// Waits until the device has drawn the last frame; reports success. The next frame reports a
