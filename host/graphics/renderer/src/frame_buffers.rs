@@ -88,7 +88,7 @@ impl FrameBuffers {
         Ok(())
     }
 
-    /// Writes a plan's instances again, in another order.
+    /// Writes visible instances again, in another order.
     pub(crate) fn write_instances(&self, plan: &VisibleInstances) -> Result<(), RenderError> {
         Ok(self.instances.write(bytemuck::cast_slice(&plan.instances))?)
     }

@@ -1,4 +1,4 @@
-//! Draw plan: visible instances of a frame, frustum culled and grouped into batches.
+//! Instance culling: visible instances of a frame, culled by frustum and occlusion, in batches.
 
 use std::cell::LazyCell;
 use std::ops::Range;

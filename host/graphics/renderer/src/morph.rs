@@ -114,7 +114,7 @@ impl Morpher {
         Ok(())
     }
 
-    /// Moves the vertices of all morphing batches of a plan.
+    /// Moves the vertices of all morphing batches.
     pub(crate) fn record(
         &mut self,
         recorder: &mut Recorder<'_>,
@@ -166,7 +166,7 @@ impl Morpher {
         Ok(())
     }
 
-    /// Lists the morphs of a plan, each once, with their places in the output.
+    /// Lists the morphs, each once, with their places in the output.
     fn steps<'a>(
         &mut self,
         models: &'a [Option<GpuModel>],

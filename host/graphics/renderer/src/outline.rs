@@ -196,7 +196,7 @@ struct OutlineArea {
 }
 
 impl OutlineArea {
-    /// Computes the area that a plan covers; `None` where that is nothing.
+    /// Computes the area that instances cover; `None` where that is nothing.
     fn new(
         (plan, models): (&VisibleInstances, &[Option<GpuModel>]),
         camera: &CameraView,

@@ -1,4 +1,4 @@
-//! Scene pass: draw calls of a plan, sorted by render state.
+//! Scene pass: draw calls of the visible instances, sorted by render state.
 
 use std::ops::Range;
 
@@ -30,13 +30,14 @@ pub(crate) enum Sections {
     Blended,
 }
 
-/// Drawer of a plan: a draw for each section of a batch, and one for its slender triangles.
+/// Drawer of visible instances: a draw for each section of a batch, and one for its slender
+/// triangles.
 pub(crate) struct SceneDrawer<'a> {
     pub(crate) models: &'a [Option<GpuModel>],
     pub(crate) cache: &'a IndexCache,
     pub(crate) plan: &'a VisibleInstances,
     pub(crate) frame_group: &'a BindGroup,
-    /// The plan's instances on the device.
+    /// The visible instances on the device.
     pub(crate) instances: &'a Buffer,
     pub(crate) feature_resources: &'a FeatureResources,
     /// Moved vertices of morphing meshes; `None` draws the finer mesh.

@@ -97,7 +97,7 @@ enum ViewKind {
     Pick,
 }
 
-/// Sorted instances and draw plan of a view.
+/// Sorted instances of a view, and those that are visible.
 #[derive(Default)]
 struct ViewState {
     buckets: InstanceBuckets,
