@@ -180,12 +180,8 @@ impl Presenter {
             return;
         };
         let [width, height] = picture.size();
-        let layers = vk::ImageSubresourceLayers {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        };
+        // The window's image has one level of one layer, too.
+        let layers = picture.layers(0);
         let region = [vk::ImageCopy::default()
             .src_subresource(layers)
             .dst_subresource(layers)
