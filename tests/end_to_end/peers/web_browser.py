@@ -47,6 +47,31 @@ WATCH = """() => {
     note();
 }"""
 
+# Keeps a record of the clock's place in the picture, the lower left corner: wall time in
+# milliseconds, whether the page counts as live, and the pixels, whenever one of these is another.
+CLOCK_WATCH = """([width, height]) => {
+    const view = document.getElementById("view");
+    const canvas = document.getElementById("picture");
+    const context = canvas.getContext("2d");
+    let last = "";
+    const note = () => {
+        const { data } = context.getImageData(0, canvas.height - height, width, height);
+        const pixels = [];
+        for (let at = 1; at < data.length; at += 4) pixels.push(data[at]);
+        const isLive = !view.classList.contains("dead");
+        const now = `${isLive} ${pixels}`;
+        if (now !== last) window.clockLog.push([Date.now(), isLive, pixels]);
+        last = now;
+    };
+    window.clockLog = [];
+    window.clockObserver?.disconnect();
+    window.clockObserver = new MutationObserver(note);
+    window.clockObserver.observe(view, { attributes: true });
+    clearInterval(window.clockTimer);
+    window.clockTimer = setInterval(note, 20);
+    note();
+}"""
+
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
     def log_message(self, *_):
@@ -103,6 +128,13 @@ class Browser:
 
     def watched(self, _):
         return self.view().evaluate("() => window.liveLog")
+
+    def watch_clock(self, size):
+        self.view().evaluate(CLOCK_WATCH, size)
+
+    def clock_looks(self, _):
+        """Takes the record since the last time, with the present wall time."""
+        return self.view().evaluate("() => [Date.now(), window.clockLog.splice(0)]")
 
     def texts(self, ids):
         """Of elements of the page around the view."""

@@ -46,10 +46,13 @@ const MATRIX_STEPS: u64 = 1_000_000;
 const STALE_TEST: &str = "stale_picture";
 const STALE_VARIABLE: &str = "BUSBAR_STALE_SEQUENCES";
 const STALE_SEQUENCES: &str = "100000";
-/// The tests in which viewers of a program that embeds them die, hang, are slow and lose
-/// their device; how often each, and how many seconds the machine is busy.
-const VIEW_TESTS: [&str; 4] = ["faults", "device", "live", "slow"];
-const VIEW_PACKAGE: &str = "busbar_embed";
+/// The tests in which viewers die, hang, are slow and lose their device, by package: embedded
+/// ones, those in a window and behind a web page; how often each, and how many seconds the machine
+/// is busy.
+const VIEW_TESTS: [(&str, &[&str]); 2] = [
+    ("busbar_embed", &["faults", "device", "live", "slow"]),
+    ("operation_tests", &["web_delay", "window_watch"]),
+];
 const VIEW_VARIABLES: [(&str, &str); 2] =
     [("BUSBAR_EMBED_FAULTS", "200"), ("BUSBAR_LIVE_SECONDS", "600")];
 /// The test that writes configurations, good and bad, for a view to load, and how many.
@@ -190,18 +193,19 @@ fn reload_all(workspace: &Workspace) -> Result<()> {
     process::run(command.args(["--", "--nocapture"]))
 }
 
-/// Ends the viewer of a program that embeds it, again and again.
+/// Ends viewers again and again, and lets them work on a busy machine.
 fn end_viewers(workspace: &Workspace) -> Result<()> {
     packages::ensure(Purpose::Tests)?;
     process::run(process::cargo().current_dir(&workspace.root).args(["build", "--workspace"]))?;
     stage::stage(workspace, Profile::Dev)?;
-    let mut command = process::cargo();
-    command.current_dir(&workspace.root).envs(VIEW_VARIABLES);
-    command.args(["test", "--package", VIEW_PACKAGE]);
-    for test in VIEW_TESTS {
-        command.args(["--test", test]);
+    for (package, tests) in VIEW_TESTS {
+        let mut command = process::cargo();
+        command.current_dir(&workspace.root).envs(VIEW_VARIABLES);
+        command.args(["test", "--package", package]);
+        command.args(tests.iter().flat_map(|test| ["--test", test]));
+        process::run(command.args(["--", "--nocapture", "--test-threads=1"]))?;
     }
-    process::run(command.args(["--", "--nocapture", "--test-threads=1"]))
+    Ok(())
 }
 
 /// Reads the pictures of very many sequences of values.
@@ -388,8 +392,12 @@ mod tests {
             let head = format!("fn {test}()");
             assert!(has_text(&folder, &head), "{package} has no {test}");
         }
-        for test in VIEW_TESTS {
-            assert!(workspace.path("host/remote/embed/tests").join(format!("{test}.rs")).is_file());
+        let folders = ["host/remote/embed/tests", "tests/end_to_end/operation_tests/tests"];
+        for ((package, tests), folder) in VIEW_TESTS.iter().zip(folders) {
+            for test in *tests {
+                let file = workspace.path(folder).join(format!("{test}.rs"));
+                assert!(file.is_file(), "{package} has no {test}");
+            }
         }
     }
 

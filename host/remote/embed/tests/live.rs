@@ -13,12 +13,12 @@ use std::time::{Duration, Instant};
 use busbar::abi::*;
 use common::judge::*;
 use common::*;
+use e2e::busy_processes::BusyProcesses;
 use rustix::process::{Pid, Signal, kill_process};
 use x11_window::X11Window;
 
-/// Default number of signals, and of seconds under load.
+/// Default number of signals.
 const FAULTS: u64 = 1;
-const BUSY_SECONDS: u64 = 5;
 /// Time for which a surface is watched after a signal.
 const WATCHED: Duration = Duration::from_secs(2);
 /// The longest that an old picture may pass for live, on each surface, whatever happens.
@@ -30,9 +30,9 @@ const LOAD: usize = 20;
 /// The longest that a call of the program may take while the machine is that busy.
 const MAX_BUSY_CALL: Duration = Duration::from_secs(5);
 
-fn told(variable: &str, usual: u64) -> u64 {
-    let told = std::env::var(variable).ok();
-    told.map_or(usual, |told| told.parse().expect("it is a number"))
+fn signals() -> u64 {
+    let told = std::env::var("BUSBAR_EMBED_FAULTS").ok();
+    told.map_or(FAULTS, |told| told.parse().expect("BUSBAR_EMBED_FAULTS is a number"))
 }
 
 fn strike(viewer: u32, signal: Signal) {
@@ -46,7 +46,7 @@ fn check_signals(name: &str, host: &mut Host, surface: &mut impl Surface) {
     let mut judge = Judge::learn(host, surface);
     for signal in [Signal::STOP, Signal::KILL] {
         let (mut longest, mut until_marked) = (Duration::ZERO, Duration::ZERO);
-        for _ in 0..told("BUSBAR_EMBED_FAULTS", FAULTS) {
+        for _ in 0..signals() {
             judge.wait_until_live(host, surface);
             let (viewer, struck) = (host.viewer(), Instant::now());
             strike(viewer, signal);
@@ -82,9 +82,9 @@ fn check_signals(name: &str, host: &mut Host, surface: &mut impl Surface) {
 fn check_busy(name: &str, host: &mut Host, surface: &mut impl Surface) {
     let mut judge = Judge::learn(host, surface);
     judge.wait_until_live(host, surface);
-    let (viewer, seconds) = (host.viewer(), told("BUSBAR_LIVE_SECONDS", BUSY_SECONDS));
+    let (viewer, seconds) = (host.viewer(), e2e::live_seconds());
     host.events.clear();
-    let load = Load::start(LOAD);
+    let load = BusyProcesses::start(LOAD);
     let start = Instant::now();
     let findings = judge.watch(host, surface, Duration::from_secs(seconds));
     let took = start.elapsed();

@@ -6,6 +6,8 @@
 //! machine (a Modbus server, an X server) is announced and skipped, except
 //! where `CI` or `BUSBAR_REQUIRE_PEERS` is set.
 
+pub mod busy_processes;
+pub mod clock_reader;
 pub mod display;
 pub mod faulty_plugins;
 pub mod glb;
@@ -27,6 +29,9 @@ pub use stats::Stats;
 
 /// Path from this crate to the workspace's root.
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
+/// Variable that says how long the machine is busy in tests of what is shown then, seconds, and
+/// the time where it is not set.
+const LIVE_SECONDS: (&str, u64) = ("BUSBAR_LIVE_SECONDS", 5);
 /// Polling period of a condition.
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
 
@@ -56,6 +61,16 @@ pub fn busbar() -> Command {
     let mut command = Command::new(built(built_folder().join("busbar")));
     command.env_remove("BUSBAR_LOG").env("XDG_CACHE_HOME", built_folder().join("e2e-cache"));
     command
+}
+
+/// Returns the time for which the machine is busy in tests of what is shown then, seconds.
+///
+/// # Panics
+/// When the variable holds no number.
+pub fn live_seconds() -> u64 {
+    let (variable, usual) = LIVE_SECONDS;
+    let told = std::env::var(variable).ok();
+    told.map_or(usual, |told| told.parse().expect("BUSBAR_LIVE_SECONDS is a number"))
 }
 
 /// Returns the path of a staged model of the demo, such as `breaker.glb`.

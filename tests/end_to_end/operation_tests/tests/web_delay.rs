@@ -1,5 +1,7 @@
-//! Web page behind a line whose delay grows, judged from the page's record and its pixels: however
-//! steadily messages arrive, nothing older than a second passes for live.
+//! Web page behind a line whose delay grows and beside busy processes, judged from the page's record
+//! and its pixels: however steadily messages arrive, nothing older than a second passes for live.
+//!
+//! `BUSBAR_LIVE_SECONDS` says how long the machine is busy.
 
 mod web_browser;
 
@@ -7,7 +9,9 @@ use std::net::SocketAddr;
 use std::thread::sleep;
 use std::time::Duration;
 
-use e2e::Process;
+use e2e::busy_processes::BusyProcesses;
+use e2e::clock_reader::{ClockReader, LEARNING_MILLIS};
+use e2e::{Process, live_seconds};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 use web_browser::delay_line::{Delay, DelayLine, Delays};
@@ -17,6 +21,9 @@ use web_browser::*;
 const MAX_OLD: u64 = 1000;
 /// Observation time of a page after a fault.
 const WATCHED: Duration = Duration::from_secs(6);
+/// Number of busy processes, and the time of one look at them, milliseconds.
+const BUSY_PROCESSES: usize = 20;
+const LOOK_MILLIS: u64 = 5000;
 /// Growth of the delay, seconds a second, at which beats each 250 ms arrive twice a second, older
 /// and older.
 const GROWTH: f64 = 0.95;
@@ -87,8 +94,7 @@ fn nothing_passes_for_live_behind_a_growing_delay() {
         let (server, url) = serve(&scene, "127.0.0.1:0", TOKEN, &[]);
         let line = DelayLine::start(address_of(&url));
         browser.ask("open", json!(format!("http://{}/?token={TOKEN}", line.address)));
-        browser.until_live();
-        assert!(browser.looks_live(&folder.join("live.png")), "a live picture has colour");
+        browser.until_looks_live(&folder.join("live.png"));
         browser.watch();
         line.set(delays);
         sleep(Duration::from_millis(lead_millis));
@@ -127,4 +133,27 @@ fn a_page_far_away_is_live_where_its_echo_is_quick_enough_and_comes_back() {
     line.set(Delays::default());
     browser.until_live();
     browser.expect_no_errors();
+}
+
+#[test]
+#[allow(clippy::print_stderr)]
+fn nothing_old_passes_for_live_beside_busy_processes() {
+    let Some(mut browser) = Browser::start() else { return };
+    let scene = scene();
+    let (server, address) = serve(&scene, "127.0.0.1:0", TOKEN, &["--panels"]);
+    browser.ask("open", json!(format!("{address}?token={TOKEN}")));
+    browser.until_live();
+    let reader = ClockReader::learn(&browser.clock_looks(LEARNING_MILLIS));
+    let viewer = viewer_of(&server);
+    let busy = BusyProcesses::start(BUSY_PROCESSES);
+    for _ in 0..live_seconds() * 1000 / LOOK_MILLIS {
+        let found = reader.judge(browser.clock_looks(LOOK_MILLIS));
+        eprintln!("{found:?}");
+        assert!(found.longest <= MAX_OLD, "live for {} ms", found.longest);
+        assert!(found.unread * 10 <= found.live, "{found:?}");
+    }
+    browser.shot("web_busy");
+    drop(busy);
+    assert_eq!(viewer_of(&server), viewer, "a viewer that made progress was ended");
+    browser.until_live();
 }

@@ -1,12 +1,16 @@
 //! Watchdog of the program's own window, judged from the pixels of its screen: a hung viewer is
-//! hatched within a second, and the watcher ends with it.
+//! hatched within a second, also on a busy machine, and the watcher ends with it.
+//!
+//! `BUSBAR_LIVE_SECONDS` says how long the machine is busy.
 
 use std::path::Path;
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use e2e::busy_processes::BusyProcesses;
+use e2e::clock_reader::{ClockLook, ClockReader, LEARNING_MILLIS};
 use e2e::display::Display;
-use e2e::{Process, Scene, busbar, wait_for};
+use e2e::{Process, Scene, busbar, live_seconds, wait_for};
 use image::{Rgb, RgbImage};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
@@ -23,6 +27,11 @@ const MAX_BACK: Duration = Duration::from_secs(10);
 const MAX_END: Duration = Duration::from_secs(5);
 /// Number of stops of a viewer.
 const STOPS: u32 = 10;
+/// Number of busy processes beside a viewer.
+const BUSY_PROCESSES: usize = 20;
+/// Size of the clock's place in the lower left corner, pixels, and the period of looks at it.
+const CLOCK_PLACE: [u32; 2] = [90, 30];
+const CLOCK_PERIOD: Duration = Duration::from_millis(10);
 /// Least difference of two channels of a coloured pixel.
 const MIN_COLOR: u8 = 12;
 /// Interval of pixels: a picture with one coloured pixel in so many is not the cover.
@@ -106,15 +115,34 @@ impl Screen {
         })
     }
 
-    /// Reports whether there is colour: the cover has none.
-    fn passes_for_live(&self) -> bool {
-        let picture = self.picture();
-        let colored = picture.pixels().filter(|pixel| {
-            let [red, green, blue] = pixel.0;
-            red.max(green).max(blue) - red.min(green).min(blue) > MIN_COLOR
-        });
-        colored.count() > picture.pixels().len() / MIN_COLORED
+    /// Looks at the clock again and again for some time.
+    fn clock_looks(&self, time: Duration) -> impl Iterator<Item = ClockLook> {
+        let start = Instant::now();
+        std::iter::from_fn(move || {
+            sleep(CLOCK_PERIOD);
+            let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970");
+            let picture = self.picture();
+            let [[width, height], [_, bottom]] = [CLOCK_PLACE, SCREEN];
+            let place = (bottom - height..bottom).flat_map(|y| (0..width).map(move |x| (x, y)));
+            let pixels = place.map(|(x, y)| picture.get_pixel(x, y).0[1]).collect();
+            let is_live = passes_for_live(&picture);
+            let look = ClockLook { at: now.as_millis() as u64, is_live, pixels };
+            (start.elapsed() < time).then_some(look)
+        })
     }
+
+    fn passes_for_live(&self) -> bool {
+        passes_for_live(&self.picture())
+    }
+}
+
+/// Reports whether there is colour: the cover has none.
+fn passes_for_live(picture: &RgbImage) -> bool {
+    let colored = picture.pixels().filter(|pixel| {
+        let [red, green, blue] = pixel.0;
+        red.max(green).max(blue) - red.min(green).min(blue) > MIN_COLOR
+    });
+    colored.count() > picture.pixels().len() / MIN_COLORED
 }
 
 /// Lists the child processes of a viewer that run the watcher's command.
@@ -200,4 +228,23 @@ fn a_kiosk_is_watched_as_well() {
     assert!(took <= MAX_OLD, "live for {took:?}");
     sleep(Duration::from_secs(1));
     watched.shot("kiosk_hung");
+}
+
+#[test]
+#[allow(clippy::print_stderr)]
+fn a_window_beside_busy_processes_shows_nothing_old() {
+    let Some(watched) = WatchedWindow::open(&[]) else { return };
+    let learning = watched.screen.clock_looks(Duration::from_millis(LEARNING_MILLIS));
+    let reader = ClockReader::learn(&learning.collect::<Vec<_>>());
+    let viewer = watched.process.id();
+    let time = Duration::from_secs(live_seconds());
+    let busy = BusyProcesses::start(BUSY_PROCESSES);
+    let found = reader.judge(watched.screen.clock_looks(time));
+    watched.shot("window_busy");
+    drop(busy);
+    eprintln!("{BUSY_PROCESSES} busy processes, {time:?}: {found:?}");
+    assert!(is_there(viewer), "the viewer ended");
+    assert!(found.longest <= MAX_OLD.as_millis() as u64, "live for {} ms", found.longest);
+    assert!(found.unread * 10 <= found.live, "{found:?}");
+    watched.wait_until_live();
 }

@@ -4,7 +4,6 @@
 //! The program sets a tag to one value after the other. Each value was looked at before, so that
 //! a picture tells which of them it shows; the judge knows when the program set the next one.
 
-use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use busbar::abi::BusbarViewLiveness;
@@ -222,27 +221,4 @@ pub(crate) fn keep(seen: &Seen, name: &str) {
         },
         name,
     );
-}
-
-/// Processes that do nothing but use CPUs, until this is dropped.
-pub(crate) struct Load(Vec<Child>);
-
-impl Load {
-    pub(crate) fn start(count: usize) -> Self {
-        let busy = |_| {
-            let mut command = Command::new("sh");
-            command.args(["-c", "while :; do :; done"]).stdin(Stdio::null());
-            command.spawn().expect("a shell runs")
-        };
-        Self((0..count).map(busy).collect())
-    }
-}
-
-impl Drop for Load {
-    fn drop(&mut self) {
-        for child in &mut self.0 {
-            let _ = child.kill();
-            let _ = child.wait();
-        }
-    }
 }

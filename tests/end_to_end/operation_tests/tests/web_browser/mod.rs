@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use e2e::clock_reader::ClockLook;
 use e2e::peer::python;
 use e2e::{Process, Scene, busbar, wait_for, workspace_path};
 use serde_json::{Value, json};
@@ -17,6 +18,8 @@ const CALM: Duration = Duration::from_millis(2500);
 const CALM_POLL_MILLIS: u64 = 500;
 /// Time in which a picture comes to rest, on a busy machine too.
 const CALM_PATIENCE: Duration = Duration::from_secs(120);
+/// Size of the clock's place in the lower left corner of a page's picture, pixels.
+const CLOCK_PLACE: [u32; 2] = [90, 30];
 pub(crate) const TOKEN: &str = "a_token_of_the_tests_0123456789";
 
 /// Difference of two channels of a pixel that has colour, and the share of such pixels in a
@@ -172,6 +175,34 @@ impl Browser {
         }
         spans.extend(since.map(|start| [start, wall_millis()]));
         spans
+    }
+
+    /// Looks at the clock over some time: at each change, with the look before it repeated just
+    /// then, and at the end.
+    pub(crate) fn clock_looks(&mut self, millis: u64) -> Vec<ClockLook> {
+        self.ask("watch_clock", json!(CLOCK_PLACE));
+        let until = wall_millis() + millis;
+        while wall_millis() < until {
+            self.ask("wait", json!(CALM_POLL_MILLIS));
+        }
+        let answer = self.ask("clock_looks", Value::Null);
+        let number = |value: &Value| value.as_u64().expect("a number");
+        let log = answer[1].as_array().expect("a list");
+        let ends = log.iter().skip(1).map(|next| &next[0]).chain([&answer[0]]).map(number);
+        let looks = log.iter().zip(ends).flat_map(|(record, end)| {
+            let pixels = record[2].as_array().expect("a list").iter();
+            let pixels: Vec<u8> = pixels.map(|value| number(value) as u8).collect();
+            let is_live = record[1] == json!(true);
+            [number(&record[0]), end].map(|at| ClockLook { at, is_live, pixels: pixels.clone() })
+        });
+        looks.collect()
+    }
+
+    /// Waits until a screenshot passes for live; on a busy machine a page that became live may be
+    /// marked again before it is taken.
+    #[track_caller]
+    pub(crate) fn until_looks_live(&mut self, path: &std::path::Path) {
+        wait_for("a live picture", PATIENCE, || self.looks_live(path).then_some(()));
     }
 
     /// Reports whether a screenshot passes for live: it has colour.
