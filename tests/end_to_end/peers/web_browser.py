@@ -132,9 +132,11 @@ class Browser:
     def watch_clock(self, size):
         self.view().evaluate(CLOCK_WATCH, size)
 
-    def clock_looks(self, _):
-        """Takes the record since the last time, with the present wall time."""
-        return self.view().evaluate("() => [Date.now(), window.clockLog.splice(0)]")
+    def clock_looks(self, path):
+        """Writes the record to a file, with the present wall time before it."""
+        looks = self.view().evaluate("() => [Date.now(), window.clockLog.splice(0)]")
+        with open(path, "w") as file:
+            json.dump(looks, file)
 
     def texts(self, ids):
         """Of elements of the page around the view."""

@@ -143,11 +143,13 @@ fn nothing_old_passes_for_live_beside_busy_processes() {
     let (server, address) = serve(&scene, "127.0.0.1:0", TOKEN, &["--panels"]);
     browser.ask("open", json!(format!("{address}?token={TOKEN}")));
     browser.until_live();
-    let reader = ClockReader::learn(&browser.clock_looks(LEARNING_MILLIS));
+    let record = scene.path("clock.json");
+    let reader = ClockReader::learn(&browser.clock_looks(&record, LEARNING_MILLIS));
     let viewer = viewer_of(&server);
     let busy = BusyProcesses::start(BUSY_PROCESSES);
-    for _ in 0..live_seconds() * 1000 / LOOK_MILLIS {
-        let found = reader.judge(browser.clock_looks(LOOK_MILLIS));
+    let until = wall_millis() + live_seconds() * 1000;
+    while wall_millis() < until {
+        let found = reader.judge(browser.clock_looks(&record, LOOK_MILLIS));
         eprintln!("{found:?}");
         assert!(found.longest <= MAX_OLD, "live for {} ms", found.longest);
         assert!(found.unread * 10 <= found.live, "{found:?}");

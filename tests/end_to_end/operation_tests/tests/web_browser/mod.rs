@@ -178,14 +178,16 @@ impl Browser {
     }
 
     /// Looks at the clock over some time: at each change, with the look before it repeated just
-    /// then, and at the end.
-    pub(crate) fn clock_looks(&mut self, millis: u64) -> Vec<ClockLook> {
+    /// then, and at the end. The record goes through a file.
+    pub(crate) fn clock_looks(&mut self, file: &std::path::Path, millis: u64) -> Vec<ClockLook> {
         self.ask("watch_clock", json!(CLOCK_PLACE));
         let until = wall_millis() + millis;
         while wall_millis() < until {
             self.ask("wait", json!(CALM_POLL_MILLIS));
         }
-        let answer = self.ask("clock_looks", Value::Null);
+        self.ask("clock_looks", json!(file));
+        let text = std::fs::read_to_string(file).expect("it was written");
+        let answer: Value = serde_json::from_str(&text).expect("JSON");
         let number = |value: &Value| value.as_u64().expect("a number");
         let log = answer[1].as_array().expect("a list");
         let ends = log.iter().skip(1).map(|next| &next[0]).chain([&answer[0]]).map(number);
