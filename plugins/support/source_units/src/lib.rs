@@ -2,10 +2,13 @@
 //!
 //! One decision for all adapters: a unit that contradicts the tag's is refused and never
 //! converted, because a conversion that nobody configured hides the mistake of one of both. A
-//! spelling that is not known contradicts nothing; it is told, and the value is taken.
+//! spelling that is not known contradicts nothing; it is told, and the value is taken. A unit that
+//! cannot be read at all leaves its value uncertain.
 
 mod spellings;
 pub mod testing;
+
+use busbar_types::{Quality, Reason};
 
 use spellings::{PRESSURES, UNITS};
 
@@ -29,7 +32,27 @@ pub enum UnitAgreement {
     Conflicts,
     /// Spelling of one of both that is not known.
     Unknown,
+    /// Statement that is no text, number or code of a unit: it may contradict.
+    Unreadable,
 }
+
+impl UnitAgreement {
+    /// Limits the quality of a value: bad where its unit is another, uncertain at best where it
+    /// cannot be read.
+    pub fn limit(self, quality: Quality) -> Quality {
+        match (self, quality) {
+            (Self::Conflicts, Quality::Good | Quality::Uncertain(_)) => {
+                Quality::Bad(Reason::Configuration)
+            }
+            (Self::Unreadable, Quality::Good) => Quality::Uncertain(Reason::Configuration),
+            _ => quality,
+        }
+    }
+}
+
+/// Statement of a unit by a source that cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnreadableUnit;
 
 /// Unit that the samples of a tag must have, to compare with what a source states.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -55,8 +78,8 @@ impl TagUnit {
         for name in names.filter(|_| self.is_known()) {
             match compare(name, &self.0) {
                 UnitAgreement::Conflicts => return UnitAgreement::Conflicts,
-                UnitAgreement::Unknown => has_unknown = true,
                 UnitAgreement::Agrees => agrees = true,
+                UnitAgreement::Unknown | UnitAgreement::Unreadable => has_unknown = true,
             }
         }
         if has_unknown && !agrees { UnitAgreement::Unknown } else { UnitAgreement::Agrees }
@@ -74,6 +97,10 @@ impl TagUnit {
             UnitAgreement::Unknown => Some(format!(
                 "its source states the unit '{stated}', of which it is not known whether it is \
                  '{wanted}', the tag's: its values are taken as they are"
+            )),
+            UnitAgreement::Unreadable => Some(format!(
+                "its source states a unit that cannot be read ('{stated}'), so that its values \
+                 are uncertain: the tag has '{wanted}'"
             )),
         }
     }

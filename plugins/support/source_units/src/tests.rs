@@ -64,6 +64,23 @@ fn every_pair_of_units_has_its_outcome_and_its_remark() {
 }
 
 #[test]
+fn an_agreement_never_makes_a_quality_better() {
+    use UnitAgreement::{Agrees, Conflicts, Unknown, Unreadable};
+    let [uncertain, bad] = [Quality::Uncertain(Reason::Stale), Quality::Bad(Reason::Sensor)];
+    let configuration = Reason::Configuration;
+    for (agreement, of_good, of_uncertain) in [
+        (Agrees, Quality::Good, uncertain),
+        (Unknown, Quality::Good, uncertain),
+        (Unreadable, Quality::Uncertain(configuration), uncertain),
+        (Conflicts, Quality::Bad(configuration), Quality::Bad(configuration)),
+    ] {
+        assert_eq!(agreement.limit(Quality::Good), of_good);
+        assert_eq!(agreement.limit(uncertain), of_uncertain);
+        assert_eq!(agreement.limit(bad), bad);
+    }
+}
+
+#[test]
 fn remarks_are_short_and_name_both_units() {
     let unit = TagUnit::new("MW");
     let long = format!("k\n{}", "x".repeat(10_000));

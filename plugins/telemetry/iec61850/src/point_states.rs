@@ -4,7 +4,7 @@ use std::time::SystemTime;
 
 use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
 use iec61850_rs::proto::data::{self, Typed};
-use source_units::UnitAgreement;
+use source_units::{UnitAgreement, UnreadableUnit};
 
 use crate::convert::{Stamp, name_of, origin_of, quality_of, stamp_of, value_of};
 use crate::locate::{Share, follow};
@@ -98,10 +98,13 @@ impl PointStates {
     }
 
     /// Takes the unit that the server states for a point, and tells of one that is not the tag's.
-    pub(crate) fn note_unit(&mut self, index: usize, stated: StatedUnit) {
+    pub(crate) fn note_unit(&mut self, index: usize, stated: Result<StatedUnit, UnreadableUnit>) {
         let unit = &self.points.all()[index].unit;
-        let agreement = stated.compare(unit);
-        let remark = unit.remark(agreement, &stated.in_words());
+        let (agreement, words) = match stated {
+            Ok(stated) => (stated.compare(unit), stated.in_words()),
+            Err(UnreadableUnit) => (UnitAgreement::Unreadable, "units are no integers".to_owned()),
+        };
+        let remark = unit.remark(agreement, &words);
         self.states[index].unit = agreement;
         if let Some(remark) = remark {
             self.tell(index, &remark);
@@ -192,11 +195,8 @@ impl PointStates {
             if is_of_any_age && quality.is_good() {
                 quality = Quality::Uncertain(Reason::SourceTime);
             }
-            let has_other_unit = state.unit == UnitAgreement::Conflicts;
-            let value = state.value.filter(|_| !has_other_unit);
-            if has_other_unit && !matches!(quality, Quality::Bad(_)) {
-                quality = Quality::Bad(Reason::Configuration);
-            }
+            let value = state.value.filter(|_| state.unit != UnitAgreement::Conflicts);
+            quality = state.unit.limit(quality);
             if let Some(Value::F64(number)) = value
                 && !number.is_finite()
                 && !matches!(quality, Quality::Bad(_))

@@ -1,7 +1,7 @@
 use std::time::{Duration, UNIX_EPOCH};
 
-use busbar_plugin_sdk::ValueKind;
 use busbar_plugin_sdk::testing::{Recorder, host, tag_spec};
+use busbar_plugin_sdk::{TagSpec, ValueKind};
 use iec61850_rs::{Quality as Bits, TimeQuality, UtcTime};
 use serde_json::json;
 
@@ -199,4 +199,18 @@ fn what_is_distrusted_needs_value_and_quality_anew() {
     point_states.flush();
     assert_eq!(recorder.latest(1).unwrap(), Sample::bad(1, Reason::Communication));
     assert_eq!(publish(&mut point_states, &recorder, 101, CHANGE).0, Quality::Good);
+}
+
+#[test]
+fn a_unit_that_cannot_be_read_leaves_values_uncertain() {
+    let recorder = Recorder::new();
+    let address = json!({"reference": "L/M.T", "fc": "MX"});
+    let tag = TagSpec { unit: "MW".into(), ..tag_spec(1, "t", ValueKind::F64, address) };
+    let points = Points::parse(&[tag]).unwrap();
+    let mut point_states = PointStates::new(points, recorder.sink(), host(), "server".into());
+    point_states.note_type(0, true);
+    assert_eq!(publish(&mut point_states, &recorder, 1_700_000_000, CHANGE).0, Quality::Good);
+    point_states.note_unit(0, Err(UnreadableUnit));
+    let (quality, _) = publish(&mut point_states, &recorder, 1_700_000_001, CHANGE);
+    assert_eq!(quality, Quality::Uncertain(Reason::Configuration));
 }

@@ -323,9 +323,8 @@ impl Server {
             Answer::Values(values) => {
                 for (unit, value) in units.iter().zip(values) {
                     // Most servers lack the attribute, which is optional.
-                    let Some(stated) = value.ok().as_ref().and_then(StatedUnit::from_value) else {
-                        continue;
-                    };
+                    let Ok(value) = value else { continue };
+                    let Some(stated) = StatedUnit::from_value(&value).transpose() else { continue };
                     for point in &self.units[*unit].1 {
                         self.point_states.note_unit(*point, stated);
                     }

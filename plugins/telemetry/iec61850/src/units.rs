@@ -3,7 +3,7 @@
 //! MultiplierKind).
 
 use iec61850_rs::proto::data::{Typed, Value};
-use source_units::{TagUnit, UnitAgreement};
+use source_units::{TagUnit, UnitAgreement, UnreadableUnit};
 
 use crate::service::Name;
 
@@ -128,13 +128,19 @@ pub(crate) struct StatedUnit {
 
 impl StatedUnit {
     /// Reads the attribute `units`; none where it states nothing, as with the number 0.
-    pub(crate) fn from_value(value: &Value) -> Option<Self> {
+    ///
+    /// # Errors
+    /// Parts that are no integers.
+    pub(crate) fn from_value(value: &Value) -> Result<Option<Self>, UnreadableUnit> {
         let part = |index: usize| {
-            let part = value.member(index)?;
-            part.as_i64().or_else(|| part.as_u64().and_then(|number| number.try_into().ok()))
+            let number = |part: &Value| {
+                part.as_i64().or_else(|| part.as_u64().and_then(|number| number.try_into().ok()))
+            };
+            value.member(index).map(|part| number(part).ok_or(UnreadableUnit)).transpose()
         };
-        let si_unit = part(0).filter(|number| *number != 0)?;
-        Some(Self { si_unit, multiplier: part(1).unwrap_or(0) })
+        let si_unit = part(0)?.ok_or(UnreadableUnit)?;
+        let multiplier = part(1)?.unwrap_or(0);
+        Ok((si_unit != 0).then_some(Self { si_unit, multiplier }))
     }
 
     /// Describes the unit by its symbol, or by its numbers.
@@ -162,8 +168,8 @@ impl StatedUnit {
         let whole = self.in_words();
         match unit.compare([whole.as_str()]) {
             UnitAgreement::Unknown if self.multiplier != 0 => match unit.compare([&*self.base()]) {
-                UnitAgreement::Unknown => UnitAgreement::Unknown,
                 UnitAgreement::Agrees | UnitAgreement::Conflicts => UnitAgreement::Conflicts,
+                agreement => agreement,
             },
             agreement => agreement,
         }

@@ -5,7 +5,7 @@ use super::*;
 
 fn stated(si_unit: i64, multiplier: i64) -> StatedUnit {
     let value = Value::Structure(vec![Value::Integer(si_unit), Value::Integer(multiplier)]);
-    StatedUnit::from_value(&value).unwrap()
+    StatedUnit::from_value(&value).unwrap().unwrap()
 }
 
 #[test]
@@ -28,10 +28,17 @@ fn units_have_their_symbols() {
     }
     // Without a multiplier, and the number of an enumeration that was never set.
     let alone = |number| StatedUnit::from_value(&Value::Structure(vec![Value::Integer(number)]));
-    assert_eq!(alone(38).unwrap().in_words(), "W");
-    assert_eq!(alone(0), None);
-    for value in [Value::Integer(38), Value::Structure(Vec::new())] {
-        assert_eq!(StatedUnit::from_value(&value), None);
+    assert_eq!(alone(38).unwrap().unwrap().in_words(), "W");
+    assert_eq!(alone(0), Ok(None));
+    let text = || Value::VisibleString("MW".into());
+    for value in [
+        Value::Integer(38),
+        text(),
+        Value::Structure(Vec::new()),
+        Value::Structure(vec![text()]),
+        Value::Structure(vec![Value::Integer(38), text()]),
+    ] {
+        assert_eq!(StatedUnit::from_value(&value), Err(UnreadableUnit), "{value:?}");
     }
 }
 

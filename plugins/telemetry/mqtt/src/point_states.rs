@@ -44,8 +44,6 @@ struct PointState {
     is_unit_told: bool,
     /// Relation of the unit that the source stated last to the tag's.
     unit: UnitAgreement,
-    /// True where the settings promise a unit that could not be read.
-    is_unit_missing: bool,
 }
 
 /// Unit of a value, as its source states it.
@@ -117,23 +115,18 @@ impl PointStates {
         if !point.unit.is_known() {
             return;
         }
-        state.is_unit_missing = stated == StatedUnit::Unreadable;
-        let remark = match stated {
-            StatedUnit::Absent => {
-                state.unit = UnitAgreement::Agrees;
-                None
-            }
-            StatedUnit::Named(unit) => {
-                state.unit = point.unit.compare([unit]);
-                point.unit.remark(state.unit, unit)
-            }
-            // The last one that was read still counts.
-            StatedUnit::Unreadable => Some(
-                "its source states no unit that can be read, so that its values are uncertain"
-                    .to_owned(),
-            ),
+        let (agreement, stated) = match stated {
+            StatedUnit::Absent => (UnitAgreement::Agrees, ""),
+            StatedUnit::Named(unit) => (point.unit.compare([unit]), unit),
+            StatedUnit::Unreadable => (UnitAgreement::Unreadable, "not a text"),
         };
-        let Some(remark) = remark else { return };
+        // What contradicted does so until another unit can be read.
+        let still_conflicts =
+            agreement == UnitAgreement::Unreadable && state.unit == UnitAgreement::Conflicts;
+        if !still_conflicts {
+            state.unit = agreement;
+        }
+        let Some(remark) = point.unit.remark(agreement, stated) else { return };
         if !std::mem::replace(&mut state.is_unit_told, true) {
             let text = format!("tag '{}': {remark}", point.id);
             self.tell(LogLevel::Warning, &text);
@@ -145,15 +138,12 @@ impl PointStates {
         let (Some(point), Some(state)) = (self.points.get(index), self.states.get(index)) else {
             return;
         };
-        let Stamp { mut quality, source_time, flags } = stamp;
+        let Stamp { quality, source_time, flags } = stamp;
         if state.unit == UnitAgreement::Conflicts {
             let sample = Sample::bad(point.tag, Reason::Configuration);
             return self.push(index, Sample { source_time, flags, ..sample });
         }
-        if state.is_unit_missing && quality.is_good() {
-            quality = Quality::Uncertain(Reason::Configuration);
-        }
-        let value = Some(value);
+        let (value, quality) = (Some(value), state.unit.limit(quality));
         self.push(index, Sample { tag: point.tag, value, quality, source_time, flags });
     }
 

@@ -167,6 +167,9 @@ fn a_unit_that_is_promised_and_missing_makes_a_value_uncertain() {
         (json!({"v": 1.0, "u": 5}), uncertain),
         (json!({"v": 1.0, "u": null}), Quality::Good),
         (json!({"v": 1.0, "u": "kW"}), Quality::Bad(Reason::Configuration)),
+        // What contradicted does so still.
+        (json!({"v": 1.0, "u": 5}), Quality::Bad(Reason::Configuration)),
+        (json!({"v": 1.0, "u": "MW"}), Quality::Good),
     ] {
         peer.publish("u/1", document.to_string().as_bytes());
         assert_eq!(peer.state(0).1, quality, "{document}");

@@ -8,6 +8,7 @@ use async_opcua::types::{
     RelativePathElement, StatusCode, TranslateBrowsePathsToNodeIdsRequest, Variant,
 };
 use busbar_plugin_sdk::LogLevel;
+use source_units::UnreadableUnit;
 
 use crate::client::{Client, answer};
 use crate::fault::Fault;
@@ -110,22 +111,27 @@ pub(crate) struct StatedUnit {
 
 impl StatedUnit {
     /// Reads the value of the property; none where it states no unit.
-    fn from_value(value: &DataValue) -> Option<Self> {
+    fn from_value(value: &DataValue) -> Option<Result<Self, UnreadableUnit>> {
         if value.status.is_some_and(|status| status.is_bad()) {
             return None;
         }
+        let text = |text: String| Some(Ok(Self { name: text, by_id: None }));
         match value.value.as_ref()? {
+            Variant::Empty => None,
+            Variant::ExtensionObject(object) if object.is_null() => None,
             Variant::ExtensionObject(object) => {
-                let unit = object.inner_as::<EUInformation>()?;
+                let Some(unit) = object.inner_as::<EUInformation>() else {
+                    return Some(Err(UnreadableUnit));
+                };
                 let is_unece = unit.namespace_uri.as_ref() == UNECE_NAMESPACE;
                 let by_id = symbol_of_id(unit.unit_id).filter(|_| is_unece);
                 let name = unit.display_name.text.as_ref().trim().to_owned();
-                (!name.is_empty() || by_id.is_some()).then_some(Self { name, by_id })
+                (!name.is_empty() || by_id.is_some()).then_some(Ok(Self { name, by_id }))
             }
             // Servers that were not made by the standard have a text.
-            Variant::LocalizedText(text) => Some(Self { name: text.text.to_string(), by_id: None }),
-            Variant::String(text) => Some(Self { name: text.to_string(), by_id: None }),
-            _ => None,
+            Variant::LocalizedText(name) => text(name.text.to_string()),
+            Variant::String(name) => text(name.to_string()),
+            _ => Some(Err(UnreadableUnit)),
         }
     }
 
@@ -181,7 +187,7 @@ pub(crate) async fn read(
     match read_all(client, &wanted, nodes_per_read).await {
         Ok(units) => {
             let mut point_states = point_states.borrow_mut();
-            units.iter().for_each(|(item, unit)| point_states.note_unit(*item, unit));
+            units.iter().for_each(|(item, unit)| point_states.note_unit(*item, unit.as_ref()));
             Ok(())
         }
         Err(fault @ Fault::Refused { .. }) => {
@@ -193,11 +199,14 @@ pub(crate) async fn read(
     }
 }
 
+/// Item, and the unit that its server states.
+type ItemUnit = (usize, Result<StatedUnit, UnreadableUnit>);
+
 async fn read_all(
     client: &Client,
     wanted: &[(usize, NodeId)],
     nodes_per_read: usize,
-) -> Result<Vec<(usize, StatedUnit)>, Fault> {
+) -> Result<Vec<ItemUnit>, Fault> {
     let (mut found, mut batch, mut rest) = (Vec::new(), MAX_BATCH, wanted);
     while !rest.is_empty() {
         let some = &rest[..rest.len().min(batch)];

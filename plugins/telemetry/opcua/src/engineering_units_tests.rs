@@ -36,7 +36,7 @@ fn unit_ids_are_codes_of_unece() {
 fn every_pair_of_units_is_judged_by_name_and_by_id() {
     for pair in unit_pairs() {
         let judge = |data: &DataValue| {
-            let stated = StatedUnit::from_value(data).unwrap();
+            let stated = StatedUnit::from_value(data).unwrap().unwrap();
             TagUnit::new(pair.tag).compare(stated.names())
         };
         let by_name = judge(&value(pair.source, "urn:vendor", 4711));
@@ -56,14 +56,28 @@ fn every_pair_of_units_is_judged_by_name_and_by_id() {
 #[test]
 fn a_name_and_an_id_that_contradict_each_other_agree_with_nothing() {
     // As printed for MAR in the table of the OPC Foundation.
-    let stated = StatedUnit::from_value(&value("kvar", UNECE_NAMESPACE, id_of("MAR"))).unwrap();
+    let stated =
+        StatedUnit::from_value(&value("kvar", UNECE_NAMESPACE, id_of("MAR"))).unwrap().unwrap();
     for tag in ["kvar", "Mvar"] {
         assert_eq!(TagUnit::new(tag).compare(stated.names()), UnitAgreement::Conflicts);
     }
     assert_eq!(stated.in_words(), "kvar (by its id Mvar)");
     // An id of another namespace is no code.
-    let stated = StatedUnit::from_value(&value("kvar", "urn:vendor", id_of("MAR"))).unwrap();
+    let stated =
+        StatedUnit::from_value(&value("kvar", "urn:vendor", id_of("MAR"))).unwrap().unwrap();
     assert_eq!(TagUnit::new("kvar").compare(stated.names()), UnitAgreement::Agrees);
     assert_eq!(StatedUnit::from_value(&value("", "urn:vendor", -1)), None);
     assert_eq!(StatedUnit::from_value(&DataValue::default()), None);
+}
+
+#[test]
+fn a_property_of_another_type_cannot_be_read() {
+    let range = ExtensionObject::from_message(async_opcua::types::Range { low: 0.0, high: 1.0 });
+    for variant in [Variant::Int32(7), Variant::Double(1.5), Variant::ExtensionObject(range)] {
+        let stated = StatedUnit::from_value(&DataValue::value_only(variant.clone()));
+        assert_eq!(stated, Some(Err(UnreadableUnit)), "{variant:?}");
+    }
+    for nothing in [Variant::Empty, Variant::ExtensionObject(ExtensionObject::null())] {
+        assert_eq!(StatedUnit::from_value(&DataValue::value_only(nothing)), None);
+    }
 }

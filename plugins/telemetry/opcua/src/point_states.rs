@@ -9,7 +9,7 @@ use std::time::{Duration, Instant, SystemTime};
 use async_opcua::types::{DataValue, StatusCode};
 use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
 
-use source_units::UnitAgreement;
+use source_units::{UnitAgreement, UnreadableUnit};
 
 use crate::convert::{origin_of, quality_of, source_time_of, value_of};
 use crate::engineering_units::StatedUnit;
@@ -181,13 +181,18 @@ impl PointStates {
 
     /// Takes the unit that the server states for the values of an item, and tells of one that is
     /// not the tag's.
-    pub(crate) fn note_unit(&mut self, item: usize, unit: &StatedUnit) {
+    pub(crate) fn note_unit(&mut self, item: usize, unit: Result<&StatedUnit, &UnreadableUnit>) {
+        let words = unit.map_or_else(|_| "of another type".to_owned(), StatedUnit::in_words);
         for place in 0..self.points.items[item].points.len() {
             let index = self.points.items[item].points[place];
             let point = &self.points.all[index];
-            let agreement = point.unit.compare(unit.names());
+            let agreement = match unit {
+                Ok(unit) => point.unit.compare(unit.names()),
+                Err(UnreadableUnit) if point.unit.is_known() => UnitAgreement::Unreadable,
+                Err(UnreadableUnit) => UnitAgreement::Agrees,
+            };
             let is_news = std::mem::replace(&mut self.units[index], agreement) != agreement;
-            let remark = point.unit.remark(agreement, &unit.in_words());
+            let remark = point.unit.remark(agreement, &words);
             if let Some(remark) = remark.filter(|_| is_news) {
                 let text = format!("tag '{}': {remark}", point.id);
                 self.name(LogLevel::Warning, &text);
@@ -248,6 +253,7 @@ impl PointStates {
                 if self.items[item].has_new_meaning && quality.is_good() {
                     sample.quality = Quality::Uncertain(Reason::Configuration);
                 }
+                sample.quality = self.units[index].limit(sample.quality);
             }
             // Nobody knows what it would be.
             None if !matches!(quality, Quality::Bad(_)) => {

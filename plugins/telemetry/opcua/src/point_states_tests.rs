@@ -1,8 +1,8 @@
 use std::time::UNIX_EPOCH;
 
 use async_opcua::types::{DateTime, Variant};
-use busbar_plugin_sdk::ValueKind;
 use busbar_plugin_sdk::testing::{Recorder, host, tag_spec};
+use busbar_plugin_sdk::{TagSpec, ValueKind};
 use serde_json::json;
 
 use super::*;
@@ -29,10 +29,9 @@ fn setting_with(more: serde_json::Value) -> Setting {
     let settings: Settings = serde_json::from_value(all).unwrap();
     let config = settings.parse().unwrap();
     let address = json!({"node": "ns=2;s=A"});
-    let tags = [
-        tag_spec(0, "A", ValueKind::F64, address.clone()),
-        tag_spec(1, "B", ValueKind::Bool, address),
-    ];
+    let number = tag_spec(0, "A", ValueKind::F64, address.clone());
+    let tags =
+        [TagSpec { unit: "MW".into(), ..number }, tag_spec(1, "B", ValueKind::Bool, address)];
     let points = Points::parse(&tags, &config).unwrap();
     let recorder = Recorder::new();
     let point_states = PointStates::new(points, &config, recorder.sink(), host());
@@ -340,4 +339,26 @@ fn what_is_no_such_value_never_leaves_the_one_before() {
         assert!(matches!(setting.last().quality, Quality::Bad(_)), "{case:?}");
         assert_eq!(setting.of_tag(0).len(), 2, "{case:?}");
     }
+}
+
+#[test]
+fn a_unit_limits_the_quality_of_the_tags_that_have_one() {
+    let mut setting = setting(false);
+    let stated = |name: &str| StatedUnit { name: name.into(), by_id: None };
+    let bad = Quality::Bad(Reason::Configuration);
+    let uncertain = Quality::Uncertain(Reason::Configuration);
+    for (unit, quality) in [
+        (Ok(stated("MW")), Quality::Good),
+        (Err(UnreadableUnit), uncertain),
+        (Ok(stated("kW")), bad),
+        (Ok(stated("apples")), Quality::Good),
+    ] {
+        setting.point_states.note_unit(0, unit.as_ref());
+        setting.take(&data(1.0, 0));
+        assert_eq!(setting.recorder.latest(0).unwrap().quality, quality, "{unit:?}");
+    }
+    let truth = DataValue { value: Some(Variant::Boolean(true)), ..data(0.0, 0) };
+    setting.point_states.note_unit(0, Err(&UnreadableUnit));
+    setting.take(&truth);
+    assert_eq!(setting.recorder.latest(1).unwrap().quality, Quality::Good);
 }

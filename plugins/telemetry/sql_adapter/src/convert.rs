@@ -85,7 +85,7 @@ impl Reading<'_> {
         if agreement == UnitAgreement::Conflicts {
             return (bad(Reason::Configuration), remark);
         }
-        let quality = match quality {
+        let quality = match agreement.limit(quality) {
             Quality::Good if doubt.is_some() => Quality::Uncertain(reason),
             quality => quality,
         };
@@ -106,8 +106,8 @@ impl Reading<'_> {
                 (agreement, point.unit.remark(agreement, text))
             }
             Some(cell) => {
-                let remark = point.unit.remark(UnitAgreement::Unknown, &cell.name());
-                (UnitAgreement::Unknown, remark)
+                let remark = point.unit.remark(UnitAgreement::Unreadable, &cell.name());
+                (UnitAgreement::Unreadable, remark)
             }
         }
     }

@@ -271,6 +271,18 @@ fn times_are_of_the_format_of_the_settings() {
 }
 
 #[test]
+fn a_unit_that_is_no_text_leaves_its_value_uncertain() {
+    let tag = Point { unit: TagUnit::new("MW"), ..point(ValueKind::F64, &[]) };
+    for unit in [Cell::Int(7), Cell::Float(1.5), Cell::Bool(true)] {
+        let value = Cell::Float(1.5);
+        let reading = Reading { value, quality: None, time: None, unit: Some(unit) };
+        let (sample, remark) = reading.sample(&tag, &rules_of_tests(None));
+        assert_eq!(sample.quality, Quality::Uncertain(Reason::Configuration));
+        assert!(remark.is_some_and(|remark| remark.contains("cannot be read")));
+    }
+}
+
+#[test]
 fn every_pair_of_units_is_judged() {
     for pair in source_units::testing::unit_pairs() {
         let tag = Point { unit: TagUnit::new(pair.tag), ..point(ValueKind::F64, &[]) };

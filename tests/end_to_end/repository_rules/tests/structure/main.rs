@@ -21,6 +21,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "busbar",
         &[
             "busbar_audit_log",
+            "busbar_benchmark",
             "busbar_client",
             "busbar_commands",
             "busbar_config",
@@ -62,6 +63,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("busbar_alarms", &["busbar_overlay_picture", "busbar_tags", "busbar_types"]),
     ("busbar_audit_log", &["busbar_alarms", "busbar_tags", "busbar_types"]),
+    (
+        "busbar_benchmark",
+        &[
+            "busbar_geometry",
+            "busbar_gltf_export",
+            "busbar_scene",
+            "busbar_scene_loader",
+            "busbar_viewer",
+        ],
+    ),
     (
         "busbar_camera",
         &[
@@ -252,7 +263,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("replay", &["busbar_plugin_sdk", "source_units", "text_table"]),
     ("sample_generator", &["busbar_plugin_sdk"]),
     ("sf6_density", &["busbar_plugin_sdk"]),
-    ("source_units", &[]),
+    ("source_units", &["busbar_types"]),
     ("sql_adapter", &["busbar_link", "busbar_plugin_sdk", "source_units", "text_table"]),
     ("sqlite_records", &["busbar_plugin_sdk", "record_source"]),
     ("text_table", &["busbar_types", "source_units"]),
