@@ -1,12 +1,12 @@
 //! Marks and band of values that are not live, as panels paint them.
 
-use busbar_types::Origin;
+use busbar_types::{Origin, Pattern};
 use egui::{RawInput, Rect, pos2, vec2};
 
 use crate::test_lists::{EmptyList, texts};
 use crate::{
-    Appearance, Label, LabelLine, ListModels, Panels, PanelsOutput, SceneOverlay, ViewModel,
-    origin_mark,
+    Appearance, Faceplate, FaceplateState, FaceplateValue, Label, LabelLine, LegendRow, ListModels,
+    Panels, PanelsOutput, SceneOverlay, TagRow, ValueMark, ViewModel, origin_mark,
 };
 
 /// Sizes of windows, from the smallest that is promised.
@@ -20,15 +20,19 @@ fn every_origin() -> Origin {
     origin_mark::ORIGINS.iter().fold(Origin::LIVE, |all, words| all | words.origin)
 }
 
-/// The last of some passes; places and fonts are known from the second on.
 fn run(shown: bool, is_dark: bool, size: [f32; 2], origin: Origin) -> PanelsOutput {
+    run_model(shown, is_dark, size, &ViewModel { origin, ..ViewModel::default() })
+}
+
+/// The last of some passes; places and fonts are known from the second on.
+fn run_model(shown: bool, is_dark: bool, size: [f32; 2], model: &ViewModel) -> PanelsOutput {
     let mut panels = Panels::new(shown, Appearance { is_dark, scale: 1.0, font: None });
-    let model = ViewModel { origin, ..ViewModel::default() };
+    let origin = model.origin;
     let lists = ListModels { tags: &EmptyList, alarms: &EmptyList, equipment: &EmptyList };
     let screen = Rect::from_min_size(pos2(0.0, 0.0), size.into());
     let mut pass = || {
         let input = RawInput { screen_rect: Some(screen), ..RawInput::default() };
-        let mut output = panels.run(input, &model, &lists, |scene, _| {
+        let mut output = panels.run(input, model, &lists, |scene, _| {
             let label = |number: u32| Label {
                 title: format!("=Q{number}"),
                 // At the top, where the band is.
@@ -108,4 +112,34 @@ fn substituted_values_are_marked_at_the_value_alone() {
     let output = run(false, false, SIZES[2], Origin::SUBSTITUTED);
     assert!(!found(&output, "SUB").is_empty());
     assert!(band_words().iter().all(|word| found(&output, word).is_empty()));
+}
+
+#[test]
+fn a_faceplate_marks_each_state_and_value_by_its_origin() {
+    let letters_in = |of_state: Origin, of_value: Origin| {
+        let state = FaceplateState {
+            layer: "condition".into(),
+            state: LegendRow { name: "normal".into(), color: [128; 3], pattern: Pattern::Solid },
+            place: None,
+            mark: ValueMark::Normal,
+            age: None,
+            origin: of_state,
+        };
+        let row = TagRow { origin: of_value, ..TagRow::default() };
+        let value = FaceplateValue { row, ..FaceplateValue::default() };
+        let faceplate =
+            Faceplate { states: vec![state], values: vec![value], ..Faceplate::default() };
+        let model = ViewModel { faceplate: Some(faceplate), ..ViewModel::default() };
+        let output = run_model(true, false, SIZES[2], &model);
+        let all = origin_mark::ORIGINS.iter();
+        all.map(|words| found(&output, words.letters).len()).collect::<Vec<_>>()
+    };
+    let none = letters_in(Origin::LIVE, Origin::LIVE);
+    for (index, words) in origin_mark::ORIGINS.iter().enumerate() {
+        let cases = [(words.origin, Origin::LIVE), (Origin::LIVE, words.origin)];
+        for (of_state, of_value) in cases {
+            let marks = letters_in(of_state, of_value)[index] - none[index];
+            assert_eq!(marks, 1, "{}: {of_state:?} {of_value:?}", words.letters);
+        }
+    }
 }

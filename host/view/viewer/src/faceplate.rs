@@ -357,3 +357,25 @@ fn place(graph: &SceneGraph, device: NodeIndex, node: NodeIndex) -> Option<Strin
     let rest = node.strip_prefix(device.as_str()).unwrap_or(&node);
     Some(rest.trim_start_matches(['-', '/']).to_owned())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_verdict_keeps_the_origin_of_its_values() {
+        for verdict in [Verdict::Normal, Verdict::Abnormal, Verdict::Unknown] {
+            for origin in [Origin::LIVE, Origin::SIMULATED, Origin::RECORDED | Origin::TEST] {
+                let text = VerdictText {
+                    verdict,
+                    severity: None,
+                    is_assumed: false,
+                    was_abnormal: false,
+                    reason: "".into(),
+                    origin,
+                };
+                assert_eq!(verdict_state("condition", None, &text).origin, origin);
+            }
+        }
+    }
+}
