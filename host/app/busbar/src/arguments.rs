@@ -39,6 +39,12 @@ pub(crate) enum Command {
     },
     /// Say what is wrong on this machine, why, and what helps
     Doctor(DoctorOptions),
+    /// Measure what this machine can show: frames, detail, start and memory
+    ///
+    /// Without a configuration three generated scenes are measured: a bay, a yard, and a
+    /// substation of a million triangles. Times are those of frames that nobody waits for: a
+    /// window shows no more than its screen does. It takes some two minutes on a graphics card.
+    Benchmark(BenchmarkOptions),
     /// Simplify one model by one optimizer plugin
     Optimize(OptimizeOptions),
     /// Simulate the devices of a configuration, so that it can be viewed without them
@@ -263,6 +269,34 @@ pub(crate) struct DoctorOptions {
     /// Print the findings as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchmarkOptions {
+    /// Configuration file to measure, instead of generated scenes
+    pub(crate) config: Option<PathBuf>,
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1920x1080")]
+    pub(crate) size: Size,
+    /// Write the results as JSON here, too
+    #[arg(long, value_name = "F.json")]
+    pub(crate) json: Option<PathBuf>,
+    /// Folder of plugin libraries for the generated scenes [default: that beside the program]
+    #[arg(long, value_name = "DIR", conflicts_with = "config")]
+    pub(crate) plugins: Option<PathBuf>,
+    /// Id of the optimizer plugin of the generated scenes [default: the first one]
+    #[arg(long, value_name = "ID", conflicts_with = "config")]
+    pub(crate) optimizer: Option<String>,
+    /// Id of the overlay plugin that shows values in the generated scenes [default: the first
+    /// that can]
+    #[arg(long, value_name = "ID", conflicts_with = "config")]
+    pub(crate) overlay: Option<String>,
+    /// Duration of each of the six parts of a measurement, seconds
+    #[arg(long, value_name = "S", value_parser = parse_seconds, default_value = "3")]
+    pub(crate) seconds: Duration,
+    /// Use the Vulkan validation layer, which makes all slower; its messages are a failure
+    #[arg(long)]
+    pub(crate) validation: bool,
 }
 
 #[derive(Debug, Args)]

@@ -1,6 +1,7 @@
 //! The Busbar program: arguments, window, composition.
 
 mod arguments;
+mod benchmark;
 mod check;
 mod command;
 mod config_upgrade;
@@ -54,7 +55,10 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
-    if matches!(arguments.command, Command::View(_) | Command::Render(_) | Command::Embedded) {
+    if matches!(
+        arguments.command,
+        Command::View(_) | Command::Render(_) | Command::Embedded | Command::Benchmark(_)
+    ) {
         busbar_process_heap::configure_allocator();
         busbar_viewer::set_memory_release(busbar_process_heap::release_freed_memory);
     }
@@ -70,6 +74,7 @@ fn run(arguments: Arguments) -> anyhow::Result<ExitCode> {
     match arguments.command {
         Command::View(options) => view::run(&options, log),
         Command::Render(options) => render::run(&options),
+        Command::Benchmark(options) => benchmark::run(&options),
         Command::Check { config } => check::run(&config),
         Command::Doctor(options) => doctor::run(&options),
         Command::Optimize(options) => optimize::run(&options),

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
+use busbar_plugin_abi as abi;
 use busbar_plugin_host::{
     Catalog, Digest, LibraryFile, LoadRules, PluginError, PluginInfo, RejectedLibrary, libraries,
 };
@@ -100,6 +101,20 @@ impl PluginCatalog {
     /// Iterates over all plugins found.
     pub fn plugins(&self) -> impl Iterator<Item = &PluginInfo> {
         self.found.iter().flat_map(|found| &found.plugins)
+    }
+
+    /// Iterates over the plugins that simplify meshes.
+    pub fn optimizers(&self) -> impl Iterator<Item = &PluginInfo> {
+        self.with_capability(abi::MESH_OPTIMIZER_ID)
+    }
+
+    /// Iterates over the plugins that draw overlays.
+    pub fn overlays(&self) -> impl Iterator<Item = &PluginInfo> {
+        self.with_capability(abi::OVERLAY_ID)
+    }
+
+    fn with_capability(&self, capability: &'static str) -> impl Iterator<Item = &PluginInfo> {
+        self.plugins().filter(move |plugin| plugin.capabilities.iter().any(|id| id == capability))
     }
 
     /// Returns the libraries that were rejected.

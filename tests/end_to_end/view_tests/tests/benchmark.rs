@@ -1,0 +1,90 @@
+//! `busbar benchmark`: a table and JSON of what the machine can show, of generated scenes and of a
+//! configuration.
+
+use e2e::{Output, Scene, busbar, finish};
+use serde_json::Value;
+
+/// Options that make it short: some frames of little pictures.
+const SHORT: [&str; 4] = ["--size", "160x90", "--seconds", "0.1"];
+
+fn results(output: &Output, file: &std::path::Path) -> Vec<Value> {
+    assert_eq!(output.code, Some(0), "{output:?}");
+    let text = std::fs::read_to_string(file).expect("it was written");
+    let all: Value = serde_json::from_str(&text).expect("JSON");
+    all["scenes"].as_array().expect("a list").clone()
+}
+
+fn median(of: &Value) -> f64 {
+    of["p50"].as_f64().unwrap_or_else(|| panic!("a median: {of}"))
+}
+
+#[test]
+fn generated_scenes_grow_and_have_every_figure() {
+    let scene = Scene::without_tags();
+    scene.add_plugin("power_overlay");
+    let file = scene.path("results.json");
+    let mut command = busbar();
+    command.arg("benchmark").args(SHORT).arg("--json").arg(&file);
+    let plugins = scene.library("power_overlay");
+    command.arg("--plugins").arg(plugins.parent().expect("a folder"));
+    let output = finish(&mut command);
+    let scenes = results(&output, &file);
+    let names: Vec<_> =
+        scenes.iter().map(|scene| scene["scene"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["bay", "yard", "substation"]);
+    let triangles: Vec<_> =
+        scenes.iter().map(|scene| scene["triangles"].as_u64().expect("a number")).collect();
+    assert!(triangles[0] * 6 == triangles[1] && triangles[2] > 1_000_000, "{triangles:?}");
+    for scene in &scenes {
+        for part in
+            ["rest_ms", "still_ms", "motion_ms", "tags_ms", "detail_step_ms", "detail_full_ms"]
+        {
+            assert!(median(&scene[part]) > 0.0, "{part}: {scene}");
+            assert!(scene[part]["count"].as_u64() >= Some(8), "{part}: {scene}");
+        }
+        assert!(median(&scene["rest_ms"]) < median(&scene["still_ms"]), "{scene}");
+        assert!(scene["start_seconds"].as_f64() > Some(0.0), "{scene}");
+        assert!(scene["peak_bytes"].as_u64() > Some(1 << 20), "{scene}");
+        assert!(median(&scene["pass_ms"]["scene"]) > 0.0, "{scene}");
+        assert!(scene["tags"].as_u64() > Some(0), "{scene}");
+        assert_eq!(scene["size"], serde_json::json!([160, 90]));
+    }
+    for name in names {
+        assert!(output.stdout.contains(name), "{}", output.stdout);
+    }
+    assert!(!output.stdout.contains(" - "), "{}", output.stdout);
+}
+
+#[test]
+fn a_configuration_is_measured_as_it_is() {
+    let scene = Scene::without_tags();
+    let file = scene.path("results.json");
+    let config = scene.write();
+    let mut command = busbar();
+    command.arg("benchmark").arg(&config).args(SHORT).arg("--json").arg(&file).arg("--validation");
+    let scenes = results(&finish(&mut command), &file);
+    let [only] = &scenes[..] else { panic!("one scene: {scenes:?}") };
+    assert_eq!([&only["tags"], &only["tags_ms"]], [&serde_json::json!(0), &Value::Null]);
+    assert!(median(&only["detail_full_ms"]) > 0.0);
+    assert_eq!(only["validation_messages"], serde_json::json!([]));
+}
+
+#[test]
+fn what_cannot_be_measured_is_told() {
+    let scene = Scene::without_tags();
+    let missing = scene.path("nothing.json");
+    let output = finish(busbar().arg("benchmark").arg(missing));
+    assert_ne!(output.code, Some(0));
+    assert!(output.stderr.contains("nothing.json"), "{output:?}");
+    // No plugin in a folder: what is then not measured is said, and the rest is.
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = scene.path("results.json");
+    let mut command = busbar();
+    command.arg("benchmark").args(SHORT).arg("--plugins").arg(folder.path());
+    let output = finish(command.arg("--json").arg(&file));
+    for option in ["--optimizer", "--overlay"] {
+        assert!(output.stderr.contains(option), "{output:?}");
+    }
+    let scenes = results(&output, &file);
+    assert!(scenes.iter().all(|scene| scene["detail_step_ms"] == Value::Null));
+}
