@@ -14,6 +14,8 @@ const ROW: usize = 6;
 const DISTANCE: f64 = 4.0;
 /// Tags of each piece of equipment, set by the host.
 const TAGS_PER_PIECE: usize = 3;
+/// Time for which a value counts as fresh: longer than a measurement.
+const FRESHNESS_SECONDS: u32 = 3600;
 /// Role in which tags are bound: a value to be shown.
 const ROLE: &str = "value";
 
@@ -118,7 +120,15 @@ fn configuration(size: SceneSize, plugins: &ScenePlugins) -> Value {
     {
         let id = format!("{}.{tag}", piece(number));
         bindings.push(json!({ "tag": id, "node": piece(number), "role": ROLE }));
-        tags.insert(id, json!({ "type": "f64", "unit": "kV", "set_by_host": true }));
+        tags.insert(
+            id,
+            json!({
+                "type": "f64",
+                "unit": "kV",
+                "set_by_host": true,
+                "freshness_seconds": FRESHNESS_SECONDS,
+            }),
+        );
     }
     let mut config = json!({
         "version": 1,

@@ -15,6 +15,6 @@ mod scene_results;
 mod table;
 
 pub use generated_scene::{GenerateError, ScenePlugins, SceneSize, write_scene};
-pub use measurement::{BenchmarkError, MeasureOptions, measure};
+pub use measurement::{BenchmarkError, MeasureOptions, measure, shows_tags};
 pub use scene_results::{Distribution, SceneResults};
 pub use table::table;

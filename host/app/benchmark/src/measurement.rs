@@ -28,6 +28,9 @@ const PITCH: f32 = 0.35;
 const RADII: f32 = 2.2;
 /// Detail of the steps of one hundredth, proportions of vertices that are simplified.
 const STEP_THETA: [f64; 2] = [0.5, 0.51];
+/// Size of a picture that shows whether tags are shown, pixels, and two values for that.
+const TRIAL_SIZE: [u32; 2] = [640, 360];
+const TRIAL_VALUES: [f64; 2] = [1.0, 888.0];
 /// Full and least detail.
 const FULL_THETA: [f64; 2] = [0.0, 0.95];
 
@@ -63,18 +66,12 @@ pub struct MeasureOptions {
 pub fn measure(config: &Path, options: MeasureOptions) -> Result<SceneResults, BenchmarkError> {
     let MeasureOptions { size, part, validation } = options;
     let start = Instant::now();
-    let scene = LoadedScene::load(config, &|_, _, _| {})?;
-    let options = RendererOptions { validation, ..renderer_options(&scene) };
-    let bounds = scene.graph.bounds();
-    let mut measured = MeasuredView {
-        viewer: Viewer::new_offscreen(scene, options, size)?,
-        started: Instant::now(),
-        part,
-    };
+    let mut measured = MeasuredView::open(config, size, validation, part)?;
     measured.frame()?;
     measured.viewer.read_picture()?;
     let start_seconds = start.elapsed().as_secs_f64();
     measured.viewer.set_morph_seconds(0.0);
+    let host_tags = measured.host_tags();
     measured.settle()?;
     let rest_ms = measured.repeat(|view, _| {
         let begun = Instant::now();
@@ -85,11 +82,10 @@ pub fn measure(config: &Path, options: MeasureOptions) -> Result<SceneResults, B
         view.viewer.forget_picture();
         view.frame()
     })?;
-    let host_tags = measured.host_tags();
     let tags_ms = measured.tags_ms(&host_tags)?;
     let [detail_step_ms, detail_full_ms] = measured.detail_ms()?;
     // Last, for the camera stays where it was put.
-    let (motion_ms, pass_ms) = measured.motion_ms(bounds)?;
+    let (motion_ms, pass_ms) = measured.motion_ms()?;
     let stats = measured.viewer.stats();
     let name = config.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     Ok(SceneResults {
@@ -111,6 +107,25 @@ pub fn measure(config: &Path, options: MeasureOptions) -> Result<SceneResults, B
     })
 }
 
+/// Reports whether the picture of a configuration changes with the tags that the host sets.
+///
+/// # Errors
+/// [`BenchmarkError`] names what keeps the scene from being drawn.
+pub fn shows_tags(config: &Path) -> Result<bool, BenchmarkError> {
+    let mut measured = MeasuredView::open(config, TRIAL_SIZE, false, Duration::ZERO)?;
+    measured.viewer.set_settles(true);
+    let ids = measured.host_tags();
+    let mut pictures = Vec::new();
+    for number in TRIAL_VALUES {
+        measured.set_tags(&ids, |_| number);
+        for _ in 0..WARM_UP {
+            measured.frame()?;
+        }
+        pictures.push(measured.viewer.read_picture()?.rgba8);
+    }
+    Ok(pictures[0] != pictures[1])
+}
+
 /// View that is measured.
 struct MeasuredView {
     viewer: Viewer,
@@ -119,6 +134,18 @@ struct MeasuredView {
 }
 
 impl MeasuredView {
+    fn open(
+        config: &Path,
+        size: [u32; 2],
+        validation: bool,
+        part: Duration,
+    ) -> Result<Self, BenchmarkError> {
+        let scene = LoadedScene::load(config, &|_, _, _| {})?;
+        let options = RendererOptions { validation, ..renderer_options(&scene) };
+        let viewer = Viewer::new_offscreen(scene, options, size)?;
+        Ok(Self { viewer, started: Instant::now(), part })
+    }
+
     /// Steps the view; reports whether it drew a frame.
     fn step(&mut self) -> Result<bool, BenchmarkError> {
         let input = self.viewer.headless_input(self.started.elapsed().as_secs_f64());
@@ -164,7 +191,7 @@ impl MeasuredView {
         Ok(Distribution::new(millis))
     }
 
-    /// Lists the tags that a host sets as numbers.
+    /// Lists the tags that a host sets as numbers; each has a value then.
     fn host_tags(&mut self) -> Vec<String> {
         let ids: Vec<String> = self.viewer.stats().tags.into_iter().map(|tag| tag.id).collect();
         let takes_number =
@@ -172,21 +199,29 @@ impl MeasuredView {
         ids.into_iter().filter(takes_number).collect()
     }
 
-    /// Measures frames in which each of these tags has a new value; none without tags.
+    fn set_tags(&mut self, ids: &[String], number: impl Fn(usize) -> f64) {
+        for (index, id) in ids.iter().enumerate() {
+            // Each took a number before.
+            let _ = self.viewer.set_tag(id, &HostTagValue::from_number(number(index)));
+        }
+    }
+
+    /// Measures frames in which each of these tags has a new value, until overlays show it; none
+    /// without tags.
     fn tags_ms(&mut self, ids: &[String]) -> Result<Option<Distribution>, BenchmarkError> {
         if ids.is_empty() {
             return Ok(None);
         }
+        // A frame then waits for the overlays, which have processes of their own.
+        self.viewer.set_settles(true);
         let measured = self.repeat(|view, number| {
             let begun = Instant::now();
-            for (index, id) in ids.iter().enumerate() {
-                let value = HostTagValue::from_number((number * 7 + index * 13) as f64 % 1000.0);
-                // Each took a number before.
-                let _ = view.viewer.set_tag(id, &value);
-            }
-            Ok(begun.elapsed() + view.frame()?)
-        });
-        measured.map(Some)
+            view.set_tags(ids, |index| (number * 7 + index * 13) as f64 % 1000.0);
+            view.frame()?;
+            Ok(begun.elapsed())
+        })?;
+        self.viewer.set_settles(false);
+        Ok(Some(measured))
     }
 
     /// Measures changes of detail by a step and in full; none without a model that has other detail.
@@ -217,8 +252,8 @@ impl MeasuredView {
     /// Measures frames with a camera that turns around the scene, and the device's time by pass.
     fn motion_ms(
         &mut self,
-        bounds: Option<Bounds>,
     ) -> Result<(Distribution, BTreeMap<String, Distribution>), BenchmarkError> {
+        let bounds = self.viewer.scene().graph.bounds();
         let bounds = bounds.unwrap_or(Bounds { min: Vec3::NEG_ONE, max: Vec3::ONE });
         let center = bounds.center();
         let distance = (bounds.max - bounds.min).length() * 0.5 * RADII;

@@ -5,11 +5,10 @@ use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, bail};
 use busbar_benchmark::{
-    MeasureOptions, ScenePlugins, SceneResults, SceneSize, measure, table, write_scene,
+    MeasureOptions, ScenePlugins, SceneResults, SceneSize, measure, shows_tags, table, write_scene,
 };
 use busbar_plugin_host::LoadRules;
 use busbar_plugin_process::{Isolation, PluginCatalog};
-use busbar_scene_loader::LoadedScene;
 use serde::{Deserialize, Serialize};
 
 use crate::arguments::{BenchmarkOptions, Size};
@@ -80,7 +79,7 @@ fn plugins(options: &BenchmarkOptions, folder: &Path) -> anyhow::Result<ScenePlu
         for overlay in catalog.overlays() {
             let tried = ScenePlugins { overlay: Some(overlay.id.clone()), ..plugins.clone() };
             let config = write_scene(folder, SceneSize::Bay, &tried)?;
-            if LoadedScene::check(&config, &|_, _, _| {}).is_ok() {
+            if shows_tags(&config).unwrap_or(false) {
                 plugins = tried;
                 break;
             }
