@@ -214,14 +214,15 @@ fn a_writer_at_work_is_followed() {
 
 #[test]
 fn a_value_in_another_unit_than_its_tag_is_never_good() {
+    let bad = Quality::Bad(Reason::Configuration);
     let cases = [
-        ("MW", "'MW'", true),
-        ("MW", "'kW'", false),
-        ("°C", "'degF'", false),
-        ("A", "'apples'", true),
-        ("A", "NULL", true),
-        ("A", "7", true),
-        ("", "'kW'", true),
+        ("MW", "'MW'", Quality::Good),
+        ("MW", "'kW'", bad),
+        ("°C", "'degF'", bad),
+        ("A", "'apples'", Quality::Good),
+        ("A", "NULL", Quality::Good),
+        ("A", "7", Quality::Uncertain(Reason::Configuration)),
+        ("", "'kW'", Quality::Good),
     ];
     let rows: Vec<_> = cases
         .iter()
@@ -248,13 +249,9 @@ fn a_value_in_another_unit_than_its_tag_is_never_good() {
     let running = start(settings, tags);
     running.wait_for_bad(50, Reason::Configuration);
     running.wait_for(51, Value::F64(61.5));
-    for (index, (unit, stated, is_good)) in (0..).zip(&cases) {
-        if *is_good {
-            running.wait_for(index, Value::F64(61.5));
-        } else {
-            running.wait_for_bad(index, Reason::Configuration);
-        }
+    for (index, (unit, stated, quality)) in (0..).zip(&cases) {
+        running.wait_for_quality(index, *quality);
         let has_good = running.samples(index).iter().any(|sample| sample.quality.is_good());
-        assert_eq!(has_good, *is_good, "{unit} {stated}");
+        assert_eq!(has_good, quality.is_good(), "{unit} {stated}");
     }
 }
