@@ -101,8 +101,15 @@ fn compare(workspace: &Workspace, arguments: &Arguments, steps: &mut Steps) -> R
         process::run(script(workspace, &python, "transformer_thermal").arg(&file))
     })?;
     steps.run("topology", || {
-        let cases = Some(("BUSBAR_TOPOLOGY_CASES", sample.networks));
-        test(&["-p", "energisation", "_completions"], cases)
+        let cases = ("BUSBAR_TOPOLOGY_CASES", sample.networks);
+        test(&["-p", "energisation", "_completions"], Some(cases))?;
+        let folder = tempfile::tempdir().context("no folder for the networks can be made")?;
+        let file = folder.path().join("networks.jsonl");
+        let mut command = process::cargo();
+        command.args(["test", "-p", "energisation", "--lib", "networks_for_another"]);
+        command.args(["--", "--ignored"]).envs([cases]).env("BUSBAR_TOPOLOGY_FILE", &file);
+        process::run(&mut command)?;
+        process::run(script(workspace, &python, "energisation").arg(&file))
     })?;
     if env::var_os(RECORDINGS_VARIABLE).is_some() {
         steps.run("recordings", || {

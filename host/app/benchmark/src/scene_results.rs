@@ -11,7 +11,7 @@ pub struct Distribution {
     pub p50: f64,
     /// 99th percentile, the longest one of fewer than 100.
     pub p99: f64,
-    /// Number of durations.
+    /// Number of durations measured.
     pub count: usize,
 }
 

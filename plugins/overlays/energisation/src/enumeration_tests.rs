@@ -1,7 +1,10 @@
 //! States, reasons, bases and contradictions of random networks, judged by enumeration of
 //! all completions. `BUSBAR_TOPOLOGY_CASES` sets their number.
 
+use std::io::Write;
+
 use fastrand::Rng;
+use serde_json::json;
 
 use crate::random_network::{Bits, RandomNetwork};
 use crate::*;
@@ -9,6 +12,9 @@ use crate::*;
 pub(crate) const SEED: u64 = 39;
 /// Networks of one run, unless the environment says otherwise.
 const CASES: u64 = 2_000;
+
+/// Variable that names the file of networks for another implementation.
+const FILE_VARIABLE: &str = "BUSBAR_TOPOLOGY_FILE";
 
 pub(crate) fn cases() -> u64 {
     std::env::var("BUSBAR_TOPOLOGY_CASES").map_or(CASES, |cases| cases.parse().unwrap())
@@ -45,6 +51,49 @@ fn states_are_those_of_all_completions() {
     }
     // Each kind of state is met often, or the test says nothing.
     assert!(counts.iter().all(|&count| count > cases() / 20), "{counts:?}");
+}
+
+/// Writes networks without unknown inputs, with what is fed and earthed, for another implementation
+/// (`references/compare.py`).
+#[test]
+#[ignore = "writes a file for `cargo xtask references`"]
+fn networks_for_another_implementation() {
+    let path = std::env::var_os(FILE_VARIABLE).expect("the file is named");
+    let mut file = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
+    let mut energisation = Energisation::default();
+    for case in 0..cases() {
+        let network = RandomNetwork::generate(&mut Rng::with_seed(SEED << 32 | case));
+        let RandomNetwork { positions, feeds, .. } = &network;
+        if positions.iter().chain(feeds).any(|position| *position == Position::Unknown) {
+            continue;
+        }
+        let topology = Topology::new(&network.settings()).unwrap();
+        energisation.states(&topology, positions, feeds);
+        let is_closed = |position: &Position| *position == Position::Closed;
+        let branches = network.branches.iter().map(|branch| {
+            let [one, other] = branch.ends;
+            let is_closed = branch.switch.is_none_or(|switch| is_closed(&positions[switch]));
+            json!([one, other, is_closed, branch.stops_earth])
+        });
+        let earths =
+            network.earths.iter().zip(&positions[positions.len() - network.earths.len()..]);
+        let earths = earths.filter(|(_, position)| is_closed(position)).map(|(node, _)| *node);
+        let sources = network.sources.iter().zip(feeds);
+        let sources = sources.filter(|(_, feeds)| is_closed(feeds)).map(|((node, _), _)| *node);
+        let nodes = 0..network.levels.len();
+        let fed = nodes.clone().map(|node| energisation.fed(node) == Certainty::Surely);
+        let earthed = nodes.clone().map(|node| energisation.earthed(node) == Certainty::Surely);
+        let line = json!({
+            "nodes": nodes.len(),
+            "branches": branches.collect::<Vec<_>>(),
+            "sources": sources.collect::<Vec<_>>(),
+            "earths": earths.collect::<Vec<_>>(),
+            "fed": fed.collect::<Vec<_>>(),
+            "earthed": earthed.collect::<Vec<_>>(),
+        });
+        writeln!(file, "{line}").unwrap();
+    }
+    file.flush().unwrap();
 }
 
 /// The input that a reason names decides alone in some completion, where no switch is in

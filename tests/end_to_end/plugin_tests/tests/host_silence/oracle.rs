@@ -61,10 +61,7 @@ pub(crate) fn expected(piece: &str, known: Known<'_>, variant: Variant) -> Expec
             v[0] < 10.0 || v[0] > of.power || v[1] > 0.0
         }),
         "=F1" | "=F2" => completions(&["F1.p", "F1.q"], known, |v| v[0].hypot(v[1]) > of.rating),
-        // The density falls by the temperature, in kelvins, at constant pressure.
-        "=G1" => completions(&["G1.pressure", "G1.temperature"], known, |v| {
-            v[0] * 293.15 / (273.15 + v[1]) <= 6.4
-        }),
+        "=G1" => compartment(known("G1.pressure"), known("G1.temperature")),
         "=S1" => switch(known("S1.position")),
         "=EB" => bus(known("E1.position"), known("E2.position")),
         "=H1" => transformer(known),
@@ -88,6 +85,26 @@ fn completions(tags: &[&str], known: Known<'_>, is_abnormal: impl Fn(&[f64]) -> 
         0 => Expected::Normal,
         all if all == cases.len() => Expected::Abnormal,
         _ => Expected::Unknown,
+    }
+}
+
+/// A gas compartment by its pressure in bar and its temperature in °C. Without the temperature it is
+/// anything from the cold in which the gas condenses to the heat in which no pressure of the walk is
+/// enough.
+fn compartment(pressure: Option<f64>, temperature: Option<f64>) -> Expected {
+    const COLDEST: f64 = -60.0;
+    const ALARM: f64 = 6.4;
+    // At constant pressure the density falls by the temperature, in kelvins; what a real gas adds
+    // to that decides none of the walk's cases.
+    let is_low = |pressure: f64, temperature: f64| {
+        pressure * (273.15 + 20.0) / (273.15 + temperature) <= ALARM
+    };
+    match (pressure, temperature) {
+        (None, _) => Expected::Unknown,
+        (Some(pressure), Some(temperature)) if is_low(pressure, temperature) => Expected::Abnormal,
+        (Some(_), Some(_)) => Expected::Normal,
+        (Some(pressure), None) if is_low(pressure, COLDEST) => Expected::Abnormal,
+        (Some(_), None) => Expected::Unknown,
     }
 }
 
