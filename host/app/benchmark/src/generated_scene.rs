@@ -112,14 +112,14 @@ fn configuration(size: SceneSize, plugins: &ScenePlugins) -> Value {
     };
     let scene: Value = pieces
         .clone()
-        .map(|number| json!({ "id": piece(number), "model": "equipment", "transform": place(number) }))
+        .map(|number| json!({ "id": piece_id(number), "model": "equipment", "transform": place(number) }))
         .collect();
     let mut tags = serde_json::Map::new();
     let mut bindings = Vec::new();
     for (number, tag) in pieces.flat_map(|number| (0..TAGS_PER_PIECE).map(move |tag| (number, tag)))
     {
-        let id = format!("{}.{tag}", piece(number));
-        bindings.push(json!({ "tag": id, "node": piece(number), "role": ROLE }));
+        let id = format!("{}.{tag}", piece_id(number));
+        bindings.push(json!({ "tag": id, "node": piece_id(number), "role": ROLE }));
         tags.insert(
             id,
             json!({
@@ -136,6 +136,7 @@ fn configuration(size: SceneSize, plugins: &ScenePlugins) -> Value {
         "scene": scene,
         "tags": tags,
         "plugin_directories": plugins.directories,
+        "cache": { "directory": format!("cache_{}", size.name()) },
         "plugins": {},
     });
     if let Some(optimizer) = &plugins.optimizer {
@@ -151,6 +152,6 @@ fn configuration(size: SceneSize, plugins: &ScenePlugins) -> Value {
 }
 
 /// Id of a piece of equipment (IEC 81346: a bay's switching device).
-fn piece(number: usize) -> String {
+fn piece_id(number: usize) -> String {
     format!("=S1Q{number}")
 }

@@ -17,4 +17,4 @@ mod table;
 pub use generated_scene::{GenerateError, ScenePlugins, SceneSize, write_scene};
 pub use measurement::{BenchmarkError, MeasureOptions, measure, shows_tags};
 pub use scene_results::{Distribution, SceneResults};
-pub use table::table;
+pub use table::format_table;

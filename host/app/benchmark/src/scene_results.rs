@@ -38,22 +38,26 @@ pub struct SceneResults {
     pub size: [u32; 2],
     /// Triangles at full detail.
     pub triangles: u64,
-    /// Number of tags that the host sets.
+    /// Triangles drawn in the last frame with a moving camera.
+    pub motion_triangles: u64,
+    /// Number of tags that the host sets as numbers.
     pub tags: usize,
     /// Seconds from the beginning of loading to the first finished picture.
     pub start_seconds: f64,
-    /// Steps of a view that has nothing new to draw, milliseconds of the processor.
-    pub rest_ms: Distribution,
+    /// Steps of a view that has nothing new to draw, milliseconds, with the answers of its overlays;
+    /// none where each step draws.
+    pub rest_ms: Option<Distribution>,
     /// Frames drawn anew without a change, milliseconds until the device has finished.
     pub still_ms: Distribution,
     /// Frames with a moving camera, milliseconds until the device has finished.
     pub motion_ms: Distribution,
-    /// Frames in which every tag has a new value; none without tags of the host.
+    /// Frames in which every tag of the host has a new value, with the wait for the overlays; none
+    /// without such tags or overlays.
     pub tags_ms: Option<Distribution>,
     /// Changes of the detail of the whole scene by one hundredth, milliseconds until the picture
     /// shows it; none without an optimizer.
     pub detail_step_ms: Option<Distribution>,
-    /// Changes of the detail between full and least, in the same way.
+    /// Changes of the detail from full to least, in the same way.
     pub detail_full_ms: Option<Distribution>,
     /// Time on the device by pass of the frames in motion, milliseconds, where it has timestamps.
     pub pass_ms: BTreeMap<String, Distribution>,

@@ -7,7 +7,7 @@ const NAME_WIDTH: usize = 34;
 const COLUMN_WIDTH: usize = 18;
 
 /// Writes results as a table with a column for each scene, and the device above it.
-pub fn table(results: &[SceneResults]) -> String {
+pub fn format_table(results: &[SceneResults]) -> String {
     let Some(first) = results.first() else { return String::new() };
     let [width, height] = first.size;
     let mut text = format!("{}, {width} x {height} pixels\n\n", first.device);
@@ -19,13 +19,14 @@ pub fn table(results: &[SceneResults]) -> String {
     };
     row("", &|scene| scene.scene.clone());
     row("triangles", &|scene| scene.triangles.to_string());
+    row("triangles drawn in motion", &|scene| scene.motion_triangles.to_string());
     row("tags", &|scene| scene.tags.to_string());
     row("first picture, s", &|scene| format!("{:.2}", scene.start_seconds));
     row("memory, MiB", &|scene| {
         scene.peak_bytes.map_or_else(|| "-".to_owned(), |bytes| (bytes >> 20).to_string())
     });
     row("", &|_| "p50 / p99 ms".to_owned());
-    row("step at rest", &|scene| milliseconds(Some(scene.rest_ms)));
+    row("step at rest", &|scene| milliseconds(scene.rest_ms));
     row("frame, still", &|scene| milliseconds(Some(scene.still_ms)));
     row("frame, camera in motion", &|scene| milliseconds(Some(scene.motion_ms)));
     row("frame, every tag changed", &|scene| milliseconds(scene.tags_ms));
@@ -61,7 +62,8 @@ mod tests {
             triangles: 1234,
             tags: 3,
             start_seconds: 0.5,
-            rest_ms: of(0.01),
+            rest_ms: Some(of(0.01)),
+            motion_triangles: 1234,
             still_ms: of(5.0),
             motion_ms: of(6.0),
             tags_ms: None,
@@ -77,13 +79,13 @@ mod tests {
             peak_bytes: None,
             ..bay.clone()
         };
-        let text = table(&[bay, yard]);
+        let text = format_table(&[bay, yard]);
         let line = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap();
         assert!(text.starts_with("card, 1920 x 1080 pixels\n"));
         assert_eq!(line("triangles").split_whitespace().count(), 3);
         assert!(line("memory").ends_with("300                 -"));
         assert!(line("frame, every tag").ends_with("-                 -"));
         assert!(line("device in motion: scene").ends_with("4.00 / 8.00                 -"));
-        assert!(table(&[]).is_empty());
+        assert!(format_table(&[]).is_empty());
     }
 }

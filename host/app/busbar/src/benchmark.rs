@@ -5,7 +5,8 @@ use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, bail};
 use busbar_benchmark::{
-    MeasureOptions, ScenePlugins, SceneResults, SceneSize, measure, shows_tags, table, write_scene,
+    MeasureOptions, ScenePlugins, SceneResults, SceneSize, format_table, measure, shows_tags,
+    write_scene,
 };
 use busbar_plugin_host::LoadRules;
 use busbar_plugin_process::{Isolation, PluginCatalog};
@@ -20,31 +21,38 @@ use crate::{output, render};
 struct BenchmarkFile {
     /// Version of the program.
     busbar: String,
+    /// Plugins of generated scenes.
+    optimizer: Option<String>,
+    overlay: Option<String>,
     scenes: Vec<SceneResults>,
 }
 
 pub(crate) fn run(options: &BenchmarkOptions) -> anyhow::Result<ExitCode> {
-    let scenes = match &options.config {
+    let (plugins, scenes) = match &options.config {
         Some(config) => {
             let BenchmarkOptions { size, seconds, validation, .. } = *options;
-            vec![measure(config, MeasureOptions { size: size.0, part: seconds, validation })?]
+            let options = MeasureOptions { size: size.0, part: seconds, validation };
+            (ScenePlugins::default(), vec![measure(config, options)?])
         }
         None => measure_generated(options)?,
     };
-    output::result(table(&scenes).trim_end());
-    let messages: Vec<String> =
-        scenes.iter().flat_map(|scene| scene.validation_messages.clone()).collect();
+    output::result(format_table(&scenes).trim_end());
+    let messages = scenes.iter().flat_map(|scene| scene.validation_messages.clone());
+    let messages: Vec<String> = messages.collect();
     if let Some(path) = &options.json {
         let busbar = env!("CARGO_PKG_VERSION").to_owned();
-        output::write_json(path, &BenchmarkFile { busbar, scenes })?;
+        let ScenePlugins { optimizer, overlay, .. } = plugins;
+        output::write_json(path, &BenchmarkFile { busbar, optimizer, overlay, scenes })?;
     }
     Ok(render::verdict(&messages))
 }
 
 /// Measures generated scenes of every size, each in a process of its own.
-fn measure_generated(options: &BenchmarkOptions) -> anyhow::Result<Vec<SceneResults>> {
+fn measure_generated(
+    options: &BenchmarkOptions,
+) -> anyhow::Result<(ScenePlugins, Vec<SceneResults>)> {
     let folder = tempfile::tempdir().context("no temporary folder; set TMPDIR")?;
-    let plugins = plugins(options, folder.path())?;
+    let plugins = choose_plugins(options)?;
     let lacks = |what: &str, option: &str| {
         output::line(&format!("warning: {what} is not measured: name a plugin by {option}"));
     };
@@ -59,12 +67,13 @@ fn measure_generated(options: &BenchmarkOptions) -> anyhow::Result<Vec<SceneResu
         let config = write_scene(folder.path(), size, &plugins)?;
         measure_in_process(&config, options)
     });
-    measured.collect()
+    let scenes = measured.collect::<anyhow::Result<_>>()?;
+    Ok((plugins, scenes))
 }
 
 /// Chooses the plugins of generated scenes: those that are named, or else the first optimizer and
 /// the first overlay that can show the scene's tags.
-fn plugins(options: &BenchmarkOptions, folder: &Path) -> anyhow::Result<ScenePlugins> {
+fn choose_plugins(options: &BenchmarkOptions) -> anyhow::Result<ScenePlugins> {
     let directories = match &options.plugins {
         Some(folder) => vec![folder.canonicalize().with_context(|| {
             format!("no folder '{}'; name that of the plugin libraries", folder.display())
@@ -75,14 +84,21 @@ fn plugins(options: &BenchmarkOptions, folder: &Path) -> anyhow::Result<ScenePlu
     let named = options.optimizer.clone();
     let optimizer = named.or_else(|| catalog.optimizers().next().map(|plugin| plugin.id.clone()));
     let mut plugins = ScenePlugins { directories, optimizer, overlay: options.overlay.clone() };
-    if plugins.overlay.is_none() {
-        for overlay in catalog.overlays() {
-            let tried = ScenePlugins { overlay: Some(overlay.id.clone()), ..plugins.clone() };
-            let config = write_scene(folder, SceneSize::Bay, &tried)?;
-            if shows_tags(&config).unwrap_or(false) {
+    if plugins.overlay.is_some() {
+        return Ok(plugins);
+    }
+    // A folder of its own: what is cached there does not make the measured start quicker.
+    let folder = tempfile::tempdir().context("no temporary folder; set TMPDIR")?;
+    for overlay in catalog.overlays() {
+        let tried = ScenePlugins { overlay: Some(overlay.id.clone()), ..plugins.clone() };
+        let config = write_scene(folder.path(), SceneSize::Bay, &tried)?;
+        match shows_tags(&config) {
+            Ok(true) => {
                 plugins = tried;
                 break;
             }
+            Ok(false) => {}
+            Err(error) => tracing::debug!(overlay = overlay.id, %error, "an overlay that cannot"),
         }
     }
     Ok(plugins)

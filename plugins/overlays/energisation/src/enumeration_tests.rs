@@ -81,6 +81,10 @@ fn networks_for_another_implementation() {
         let sources = network.sources.iter().zip(feeds);
         let sources = sources.filter(|(_, feeds)| is_closed(feeds)).map(|((node, _), _)| *node);
         let nodes = 0..network.levels.len();
+        for node in nodes.clone() {
+            let certainties = [energisation.fed(node), energisation.earthed(node)];
+            assert!(!certainties.contains(&Certainty::Perhaps), "case {case}: all is known");
+        }
         let fed = nodes.clone().map(|node| energisation.fed(node) == Certainty::Surely);
         let earthed = nodes.clone().map(|node| energisation.earthed(node) == Certainty::Surely);
         let line = json!({

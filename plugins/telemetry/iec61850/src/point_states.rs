@@ -195,8 +195,12 @@ impl PointStates {
             if is_of_any_age && quality.is_good() {
                 quality = Quality::Uncertain(Reason::SourceTime);
             }
-            let value = state.value.filter(|_| state.unit != UnitAgreement::Conflicts);
-            quality = state.unit.limit(quality);
+            let has_other_unit = state.unit == UnitAgreement::Conflicts;
+            let value = state.value.filter(|_| !has_other_unit);
+            // Where there is no value, none becomes uncertain.
+            if value.is_some() || has_other_unit {
+                quality = state.unit.limit(quality);
+            }
             if let Some(Value::F64(number)) = value
                 && !number.is_finite()
                 && !matches!(quality, Quality::Bad(_))

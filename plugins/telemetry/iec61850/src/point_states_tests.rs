@@ -213,4 +213,13 @@ fn a_unit_that_cannot_be_read_leaves_values_uncertain() {
     point_states.note_unit(0, Err(UnreadableUnit));
     let (quality, _) = publish(&mut point_states, &recorder, 1_700_000_001, CHANGE);
     assert_eq!(quality, Quality::Uncertain(Reason::Configuration));
+    // A quality alone makes nothing of a value that was lost.
+    point_states.distrust(0);
+    point_states.flush();
+    let alone = Share { value: None, quality: Some(vec![1]), time: Some(vec![2]) };
+    point_states.take(0, &alone, &data(1.0, 1_700_000_002, TimeQuality::SYNCHRONIZED));
+    point_states.commit(CHANGE);
+    point_states.flush();
+    let quality = recorder.latest(1).unwrap().quality;
+    assert!(matches!(quality, Quality::Bad(_)), "{quality:?}");
 }

@@ -11,8 +11,8 @@ use crate::address::Point;
 use crate::connection::{Connection, Connector, LinkFault, Reply, describe};
 use crate::decode::decode;
 use crate::exceptions::{ExceptionEffect, REFUSED, effect_of_exception};
-use crate::group::{Group, Origin, Poll, next_due};
 use crate::plan::{Block, plan};
+use crate::poll_group::{Group, Origin, Poll, next_due};
 use crate::settings::Config;
 use crate::units::Units;
 

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::*;
 use crate::Settings;
-use crate::group::MAX_RETRIES_PER_POLL;
+use crate::poll_group::MAX_RETRIES_PER_POLL;
 use crate::tests::holding;
 use crate::tests::server::{Server, at_once, illegal_address, right};
 

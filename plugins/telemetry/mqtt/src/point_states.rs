@@ -41,7 +41,7 @@ struct PointState {
     is_usable: bool,
     is_misfit_told: bool,
     is_time_told: bool,
-    is_unit_told: bool,
+    told_units: [bool; 2],
     /// Relation of the unit that the source stated last to the tag's.
     unit: UnitAgreement,
 }
@@ -118,7 +118,7 @@ impl PointStates {
         let (agreement, stated) = match stated {
             StatedUnit::Absent => (UnitAgreement::Agrees, ""),
             StatedUnit::Named(unit) => (point.unit.compare([unit]), unit),
-            StatedUnit::Unreadable => (UnitAgreement::Unreadable, "not a text"),
+            StatedUnit::Unreadable => (UnitAgreement::Unreadable, "no text"),
         };
         // What contradicted does so until another unit can be read.
         let still_conflicts =
@@ -127,7 +127,9 @@ impl PointStates {
             state.unit = agreement;
         }
         let Some(remark) = point.unit.remark(agreement, stated) else { return };
-        if !std::mem::replace(&mut state.is_unit_told, true) {
+        // One that contradicts is told though another one was.
+        let told = &mut state.told_units[usize::from(agreement == UnitAgreement::Conflicts)];
+        if !std::mem::replace(told, true) {
             let text = format!("tag '{}': {remark}", point.id);
             self.tell(LogLevel::Warning, &text);
         }

@@ -125,7 +125,11 @@ impl StatedUnit {
                 };
                 let is_unece = unit.namespace_uri.as_ref() == UNECE_NAMESPACE;
                 let by_id = symbol_of_id(unit.unit_id).filter(|_| is_unece);
-                let name = unit.display_name.text.as_ref().trim().to_owned();
+                let mut name = unit.display_name.text.as_ref().trim().to_owned();
+                // A code that is not in the table states a unit as well: one that is not known.
+                if name.is_empty() && by_id.is_none() && is_unece && unit.unit_id > 0 {
+                    name = format!("id {}", unit.unit_id);
+                }
                 (!name.is_empty() || by_id.is_some()).then_some(Ok(Self { name, by_id }))
             }
             // Servers that were not made by the standard have a text.

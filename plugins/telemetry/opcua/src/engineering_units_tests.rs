@@ -67,6 +67,11 @@ fn a_name_and_an_id_that_contradict_each_other_agree_with_nothing() {
         StatedUnit::from_value(&value("kvar", "urn:vendor", id_of("MAR"))).unwrap().unwrap();
     assert_eq!(TagUnit::new("kvar").compare(stated.names()), UnitAgreement::Agrees);
     assert_eq!(StatedUnit::from_value(&value("", "urn:vendor", -1)), None);
+    // A code of UNECE that is not in the table is a unit that is not known.
+    let stated = StatedUnit::from_value(&value("", UNECE_NAMESPACE, id_of("X99")));
+    let stated = stated.unwrap().unwrap();
+    assert_eq!(TagUnit::new("MW").compare(stated.names()), UnitAgreement::Unknown);
+    assert_eq!(StatedUnit::from_value(&value("", UNECE_NAMESPACE, 0)), None);
     assert_eq!(StatedUnit::from_value(&DataValue::default()), None);
 }
 

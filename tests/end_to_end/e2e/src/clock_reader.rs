@@ -19,7 +19,8 @@ pub struct ClockFindings {
     pub live: u32,
     /// Number of those whose clock could not be read.
     pub unread: u32,
-    /// Longest time since the second that a picture which passes for live shows, milliseconds.
+    /// Longest time since the end of the second that a picture which passes for live shows,
+    /// milliseconds: the picture is older by a second at most.
     pub longest: u64,
 }
 
@@ -30,7 +31,7 @@ const SETTLED: u64 = 800;
 /// Number of digits, and seconds after which a digit comes again.
 const DIGITS: u64 = 10;
 /// Seconds that a digit may be ahead of the look: the clock may have gone on since.
-const AHEAD: u64 = 2;
+const MAX_AHEAD: u64 = 2;
 /// Greatest difference of two pixels that are alike: pictures of a page lose a little.
 const MAX_NOISE: u8 = 48;
 
@@ -98,7 +99,7 @@ impl ClockReader {
                 continue;
             };
             let behind = (look.at / 1000 + DIGITS - digit) % DIGITS;
-            if (1..=DIGITS - AHEAD).contains(&behind) {
+            if (1..DIGITS - MAX_AHEAD).contains(&behind) {
                 // Since the end of the second that is shown.
                 let age = look.at % 1000 + (behind - 1) * 1000;
                 findings.longest = findings.longest.max(age);

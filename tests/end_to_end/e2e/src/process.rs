@@ -147,13 +147,21 @@ impl Process {
     ///
     /// # Panics
     /// When it does not end within [`MAX_RUN`] from its start, or writes too much.
-    pub fn finish(mut self) -> Output {
-        let left = MAX_RUN.saturating_sub(self.started.elapsed());
+    pub fn finish(self) -> Output {
+        self.finish_within(MAX_RUN)
+    }
+
+    /// Waits for the end of the program, which may run for so long since its start.
+    ///
+    /// # Panics
+    /// When it does not end, or says more than is kept.
+    pub fn finish_within(mut self, limit: Duration) -> Output {
+        let left = limit.saturating_sub(self.started.elapsed());
         let (status, peak_bytes, elapsed) = match self.ended.recv_timeout(left) {
             Ok(ended) => ended,
             Err(RecvTimeoutError::Timeout) => {
                 let [stdout, stderr] = self.streams.each_ref().map(Stream::so_far);
-                panic!("it did not end within {MAX_RUN:?}; it said:\n{stdout}{stderr}")
+                panic!("it did not end within {limit:?}; it said:\n{stdout}{stderr}")
             }
             Err(RecvTimeoutError::Disconnected) => panic!("the waiting thread panicked"),
         };

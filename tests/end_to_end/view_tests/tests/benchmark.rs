@@ -1,11 +1,21 @@
 //! `busbar benchmark`: a table and JSON of what the machine can show, of generated scenes and of a
 //! configuration.
 
-use e2e::{Output, Scene, busbar, finish};
-use serde_json::Value;
+use std::process::Command;
+use std::time::Duration;
+
+use e2e::{Output, Process, Scene, busbar};
+use serde_json::{Value, json};
 
 /// Options that make it short: some frames of little pictures.
 const SHORT: [&str; 4] = ["--size", "160x90", "--seconds", "0.1"];
+
+/// Longest run of a measurement on a busy machine.
+const MAX_RUN: Duration = Duration::from_secs(200);
+
+fn finish(command: &mut Command) -> Output {
+    Process::start(command).finish_within(MAX_RUN)
+}
 
 fn results(output: &Output, file: &std::path::Path) -> Vec<Value> {
     assert_eq!(output.code, Some(0), "{output:?}");
@@ -31,6 +41,10 @@ fn generated_scenes_grow_and_have_every_figure() {
     command.arg("--plugins").arg(plugins.parent().expect("a folder"));
     let output = finish(&mut command);
     let scenes = results(&output, &file);
+    let text = std::fs::read_to_string(&file).expect("it was written");
+    let all: Value = serde_json::from_str(&text).expect("JSON");
+    // The gas analysis shows none of the tags.
+    assert_eq!([&all["optimizer"], &all["overlay"]], ["quadric_collapse", "power_overlay"]);
     let names: Vec<_> =
         scenes.iter().map(|scene| scene["scene"].as_str().expect("a name")).collect();
     assert_eq!(names, ["bay", "yard", "substation"]);
@@ -42,14 +56,15 @@ fn generated_scenes_grow_and_have_every_figure() {
             ["rest_ms", "still_ms", "motion_ms", "tags_ms", "detail_step_ms", "detail_full_ms"]
         {
             assert!(median(&scene[part]) > 0.0, "{part}: {scene}");
-            assert!(scene[part]["count"].as_u64() >= Some(8), "{part}: {scene}");
+            assert!(scene[part]["count"].as_u64() >= Some(3), "{part}: {scene}");
         }
         assert!(median(&scene["rest_ms"]) < median(&scene["still_ms"]), "{scene}");
         assert!(scene["start_seconds"].as_f64() > Some(0.0), "{scene}");
         assert!(scene["peak_bytes"].as_u64() > Some(1 << 20), "{scene}");
         assert!(median(&scene["pass_ms"]["scene"]) > 0.0, "{scene}");
         assert!(scene["tags"].as_u64() > Some(0), "{scene}");
-        assert_eq!(scene["size"], serde_json::json!([160, 90]));
+        assert_eq!(scene["size"], json!([160, 90]));
+        assert!(scene["motion_triangles"].as_u64() > Some(1000), "{scene}");
     }
     for name in names {
         assert!(output.stdout.contains(name), "{}", output.stdout);
@@ -70,9 +85,9 @@ fn a_configuration_is_measured_as_it_is() {
     command.arg("benchmark").arg(&config).args(SHORT).arg("--json").arg(&file).arg("--validation");
     let scenes = results(&finish(&mut command), &file);
     let [only] = &scenes[..] else { panic!("one scene: {scenes:?}") };
-    assert_eq!([&only["tags"], &only["tags_ms"]], [&serde_json::json!(0), &Value::Null]);
+    assert_eq!([&only["tags"], &only["tags_ms"]], [&json!(0), &Value::Null]);
     assert!(median(&only["detail_full_ms"]) > 0.0);
-    assert_eq!(only["validation_messages"], serde_json::json!([]));
+    assert_eq!(only["validation_messages"], json!([]));
 }
 
 #[test]
@@ -92,5 +107,32 @@ fn what_cannot_be_measured_is_told() {
         assert!(output.stderr.contains(option), "{output:?}");
     }
     let scenes = results(&output, &file);
-    assert!(scenes.iter().all(|scene| scene["detail_step_ms"] == Value::Null));
+    for part in ["detail_step_ms", "detail_full_ms", "tags_ms"] {
+        assert!(scenes.iter().all(|scene| scene[part] == Value::Null), "{part}");
+    }
+}
+
+/// Neither people nor logs hear of values that are measured with, and a plant far from the origin is
+/// in the picture.
+#[test]
+fn a_measurement_is_no_event_of_the_plant() {
+    let mut scene = Scene::without_tags();
+    let log = scene.path("log");
+    scene.config["tags"] = json!({ "T": { "type": "f64", "set_by_host": true } });
+    scene.config["alarms"] = json!({
+        "A": { "tag": "T", "condition": { "high": 0.5 }, "priority": "high", "message": "high" }
+    });
+    scene.config["alarm_handling"] = json!({ "log_directory": log });
+    for node in scene.config["scene"].as_array_mut().expect("a list") {
+        node["transform"] = json!({ "translation": [500_000, 0, 5_000_000] });
+    }
+    let file = scene.path("results.json");
+    let config = scene.write();
+    let mut command = busbar();
+    command.arg("benchmark").arg(&config).args(SHORT).arg("--json").arg(&file);
+    let scenes = results(&finish(&mut command), &file);
+    assert!(scenes[0]["motion_triangles"].as_u64() > Some(1000), "{scenes:?}");
+    assert_eq!(scenes[0]["tags"], json!(1));
+    let written = std::fs::read_dir(&log).map_or(0, |entries| entries.count());
+    assert_eq!(written, 0, "the audit log has what was measured with");
 }

@@ -66,10 +66,12 @@ const ALLOWED: &[(&str, &[&str])] = &[
     (
         "busbar_benchmark",
         &[
+            "busbar_config",
             "busbar_geometry",
             "busbar_gltf_export",
             "busbar_scene",
             "busbar_scene_loader",
+            "busbar_types",
             "busbar_viewer",
         ],
     ),
