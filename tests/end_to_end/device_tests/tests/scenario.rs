@@ -23,7 +23,8 @@ fn scene() -> Scene {
         json!({ "plugin": "iec104", "settings": { "host": "127.0.0.1", "port": station } });
     let mut tag = |id: &str, kind: &str, plugin: &str, address: Value, base: f64| {
         scene.config["tags"][id] = json!({
-            "type": kind, "freshness_seconds": 3,
+            // A station says what is constant once; the picture is of some seconds later.
+            "type": kind, "freshness_seconds": 60,
             "source": { "instance": plugin, "address": address },
             "simulate": { "shape": "constant", "base": base },
         });
