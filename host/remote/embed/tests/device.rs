@@ -15,19 +15,18 @@ use e2e::{built, built_folder};
 use vulkan_faults::{FAULT_VARIABLE, STRUCK_VARIABLE, VulkanFault, install};
 
 /// Default number of device losses.
-const LOSSES: u32 = 2;
+const LOSSES: u64 = 2;
 const VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
 /// The submission that fails first, of those after the first picture, and how far on each
 /// further one is.
-const FIRST_CALL: u32 = 60;
+const FIRST_CALL: u64 = 60;
 /// Number of the Vulkan result `VK_ERROR_DEVICE_LOST`.
 const DEVICE_LOST: &str = "-4";
 
 #[test]
 #[allow(clippy::print_stderr)]
 fn a_lost_device_is_not_seen_but_as_a_pause() {
-    let told = std::env::var(VARIABLE).ok();
-    let losses = told.map_or(LOSSES, |told| told.parse().expect("a number"));
+    let losses = e2e::number_from_environment(VARIABLE, LOSSES);
     let library = built(built_folder().join("libvulkan_faults.so"));
     let mut times = Vec::new();
     for number in 0..losses {

@@ -12,7 +12,7 @@ use common::*;
 use rustix::process::{Pid, Signal, kill_process};
 
 /// Default number of strikes of each fault.
-const FAULTS: usize = 3;
+const FAULTS: u64 = 3;
 const VARIABLE: &str = "BUSBAR_EMBED_FAULTS";
 /// Longest time that a picture passes for live after its viewer stopped: 500 ms, and a scheduling
 /// delay of a busy machine.
@@ -20,9 +20,8 @@ const MAX_UNNOTICED: Duration = Duration::from_millis(800);
 /// Growth of the program's own memory that a view may cost after its first faults, bytes.
 const MAX_GROWTH: u64 = 8 << 20;
 
-fn faults() -> usize {
-    let told = std::env::var(VARIABLE).ok();
-    told.map_or(FAULTS, |told| told.parse().expect("BUSBAR_EMBED_FAULTS is a number"))
+fn faults() -> u64 {
+    e2e::number_from_environment(VARIABLE, FAULTS)
 }
 
 fn strike(viewer: u32, signal: Signal) {

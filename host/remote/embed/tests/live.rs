@@ -31,8 +31,7 @@ const LOAD: usize = 20;
 const MAX_BUSY_CALL: Duration = Duration::from_secs(5);
 
 fn signals() -> u64 {
-    let told = std::env::var("BUSBAR_EMBED_FAULTS").ok();
-    told.map_or(FAULTS, |told| told.parse().expect("BUSBAR_EMBED_FAULTS is a number"))
+    e2e::number_from_environment("BUSBAR_EMBED_FAULTS", FAULTS)
 }
 
 fn strike(viewer: u32, signal: Signal) {

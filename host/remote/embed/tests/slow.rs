@@ -183,8 +183,7 @@ fn check(part: &str, time: Duration, ended: Option<Duration>) -> Course {
 fn slow_is_not_hung_and_hung_is_ended() {
     let hung = Duration::from_secs(1);
     std::thread::scope(|scope| {
-        let told = std::env::var("BUSBAR_LIVE_SECONDS").ok();
-        let seconds = told.map_or(SLOW_SECONDS, |told| told.parse().expect("it is a number"));
+        let seconds = e2e::number_from_environment("BUSBAR_LIVE_SECONDS", SLOW_SECONDS);
         let slow = scope.spawn(move || check("slow", Duration::from_secs(seconds), None));
         let dead = scope.spawn(move || check("dead", MAX_ASLEEP + SLACK, Some(hung)));
         let asleep = || check("asleep", MAX_ASLEEP + SLACK, Some(MAX_ASLEEP));

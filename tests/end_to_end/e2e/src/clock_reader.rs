@@ -1,6 +1,20 @@
 //! Reader of the running clock in pictures of a view: it tells how old a picture is by its pixels
 //! alone.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Size of the clock's place in the lower left corner of a picture with panels, pixels.
+pub const CLOCK_PLACE: [u32; 2] = [90, 30];
+
+/// Returns the wall time, milliseconds since 1970.
+///
+/// # Panics
+/// When the clock is before 1970.
+pub fn wall_millis() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970");
+    since.as_millis() as u64
+}
+
 /// Picture of the clock's place, any bytes of a constant size, and the wall time at which it was
 /// seen, milliseconds.
 pub struct ClockLook {

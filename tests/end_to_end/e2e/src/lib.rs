@@ -68,9 +68,19 @@ pub fn busbar() -> Command {
 /// # Panics
 /// When the variable holds no number.
 pub fn live_seconds() -> u64 {
-    let (variable, usual) = LIVE_SECONDS;
-    let told = std::env::var(variable).ok();
-    told.map_or(usual, |told| told.parse().expect("BUSBAR_LIVE_SECONDS is a number"))
+    let (variable, default) = LIVE_SECONDS;
+    number_from_environment(variable, default)
+}
+
+/// Returns the number that an environment variable holds, or a default where it is not set.
+///
+/// # Panics
+/// When the variable holds no number.
+pub fn number_from_environment(variable: &str, default: u64) -> u64 {
+    let text = std::env::var(variable).ok();
+    let parse =
+        |text: String| text.parse().unwrap_or_else(|_| panic!("{variable} is no number: {text}"));
+    text.map_or(default, parse)
 }
 
 /// Returns the path of a staged model of the demo, such as `breaker.glb`.

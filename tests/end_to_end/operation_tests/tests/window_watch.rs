@@ -5,10 +5,10 @@
 
 use std::path::Path;
 use std::thread::sleep;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use e2e::busy_processes::BusyProcesses;
-use e2e::clock_reader::{ClockLook, ClockReader, LEARNING_MILLIS};
+use e2e::clock_reader::{CLOCK_PLACE, ClockLook, ClockReader, LEARNING_MILLIS, wall_millis};
 use e2e::display::Display;
 use e2e::{Process, Scene, busbar, live_seconds, wait_for};
 use image::{Rgb, RgbImage};
@@ -29,8 +29,7 @@ const MAX_END: Duration = Duration::from_secs(5);
 const STOPS: u32 = 10;
 /// Number of busy processes beside a viewer.
 const BUSY_PROCESSES: usize = 20;
-/// Size of the clock's place in the lower left corner, pixels, and the period of looks at it.
-const CLOCK_PLACE: [u32; 2] = [90, 30];
+/// Period of looks at the clock.
 const CLOCK_PERIOD: Duration = Duration::from_millis(10);
 /// Least difference of two channels of a coloured pixel.
 const MIN_COLOR: u8 = 12;
@@ -120,13 +119,13 @@ impl Screen {
         let start = Instant::now();
         std::iter::from_fn(move || {
             sleep(CLOCK_PERIOD);
-            let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970");
+            let at = wall_millis();
             let picture = self.picture();
             let [[width, height], [_, bottom]] = [CLOCK_PLACE, SCREEN];
             let place = (bottom - height..bottom).flat_map(|y| (0..width).map(move |x| (x, y)));
             let pixels = place.map(|(x, y)| picture.get_pixel(x, y).0[1]).collect();
             let is_live = passes_for_live(&picture);
-            let look = ClockLook { at: now.as_millis() as u64, is_live, pixels };
+            let look = ClockLook { at, is_live, pixels };
             (start.elapsed() < time).then_some(look)
         })
     }

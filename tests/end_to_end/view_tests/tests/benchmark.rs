@@ -17,11 +17,14 @@ fn finish(command: &mut Command) -> Output {
     Process::start(command).finish_within(MAX_RUN)
 }
 
-fn results(output: &Output, file: &std::path::Path) -> Vec<Value> {
+fn written(output: &Output, file: &std::path::Path) -> Value {
     assert_eq!(output.code, Some(0), "{output:?}");
     let text = std::fs::read_to_string(file).expect("it was written");
-    let all: Value = serde_json::from_str(&text).expect("JSON");
-    all["scenes"].as_array().expect("a list").clone()
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn results(output: &Output, file: &std::path::Path) -> Vec<Value> {
+    written(output, file)["scenes"].as_array().expect("a list").clone()
 }
 
 fn median(of: &Value) -> f64 {
@@ -40,9 +43,8 @@ fn generated_scenes_grow_and_have_every_figure() {
     let plugins = scene.library("power_overlay");
     command.arg("--plugins").arg(plugins.parent().expect("a folder"));
     let output = finish(&mut command);
-    let scenes = results(&output, &file);
-    let text = std::fs::read_to_string(&file).expect("it was written");
-    let all: Value = serde_json::from_str(&text).expect("JSON");
+    let all = written(&output, &file);
+    let scenes = all["scenes"].as_array().expect("a list");
     // The gas analysis shows none of the tags.
     assert_eq!([&all["optimizer"], &all["overlay"]], ["quadric_collapse", "power_overlay"]);
     let names: Vec<_> =
@@ -51,7 +53,7 @@ fn generated_scenes_grow_and_have_every_figure() {
     let triangles: Vec<_> =
         scenes.iter().map(|scene| scene["triangles"].as_u64().expect("a number")).collect();
     assert!(triangles[0] * 6 == triangles[1] && triangles[2] > 1_000_000, "{triangles:?}");
-    for scene in &scenes {
+    for scene in scenes {
         for part in
             ["rest_ms", "still_ms", "motion_ms", "tags_ms", "detail_step_ms", "detail_full_ms"]
         {

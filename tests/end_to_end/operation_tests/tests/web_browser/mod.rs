@@ -5,9 +5,11 @@ pub(crate) mod delay_line;
 
 use std::path::PathBuf;
 use std::process::Command;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
-use e2e::clock_reader::ClockLook;
+/// Wall time as pages tell it.
+pub(crate) use e2e::clock_reader::wall_millis;
+use e2e::clock_reader::{CLOCK_PLACE, ClockLook};
 use e2e::peer::python;
 use e2e::{Process, Scene, busbar, wait_for, workspace_path};
 use serde_json::{Value, json};
@@ -18,8 +20,6 @@ const CALM: Duration = Duration::from_millis(2500);
 const CALM_POLL_MILLIS: u64 = 500;
 /// Time in which a picture comes to rest, on a busy machine too.
 const CALM_PATIENCE: Duration = Duration::from_secs(120);
-/// Size of the clock's place in the lower left corner of a page's picture, pixels.
-const CLOCK_PLACE: [u32; 2] = [90, 30];
 pub(crate) const TOKEN: &str = "a_token_of_the_tests_0123456789";
 
 /// Difference of two channels of a pixel that has colour, and the share of such pixels in a
@@ -217,12 +217,6 @@ impl Browser {
         });
         colored.count() > picture.pixels().len() / MIN_COLORED
     }
-}
-
-/// Wall time, milliseconds, as pages tell it.
-pub(crate) fn wall_millis() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970");
-    since.as_millis() as u64
 }
 
 pub(crate) fn scene() -> Scene {
