@@ -85,6 +85,12 @@ impl TagUnit {
         if has_unknown && !agrees { UnitAgreement::Unknown } else { UnitAgreement::Agrees }
     }
 
+    /// Judges a statement that cannot be read; where there is nothing to compare with, it does not
+    /// matter.
+    pub fn judge_unreadable(&self) -> UnitAgreement {
+        if self.is_known() { UnitAgreement::Unreadable } else { UnitAgreement::Agrees }
+    }
+
     /// Describes a unit that does not agree, with a remedy; `stated` is the source's own text.
     pub fn remark(&self, agreement: UnitAgreement, stated: &str) -> Option<String> {
         let (stated, wanted) = (shown(stated), shown(&self.0));

@@ -102,7 +102,7 @@ impl PointStates {
         let unit = &self.points.all()[index].unit;
         let (agreement, words) = match stated {
             Ok(stated) => (stated.compare(unit), stated.in_words()),
-            Err(UnreadableUnit) => (UnitAgreement::Unreadable, "units are no integers".to_owned()),
+            Err(UnreadableUnit) => (unit.judge_unreadable(), "units are no integers".to_owned()),
         };
         let remark = unit.remark(agreement, &words);
         self.states[index].unit = agreement;

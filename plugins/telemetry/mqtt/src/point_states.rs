@@ -118,7 +118,7 @@ impl PointStates {
         let (agreement, stated) = match stated {
             StatedUnit::Absent => (UnitAgreement::Agrees, ""),
             StatedUnit::Named(unit) => (point.unit.compare([unit]), unit),
-            StatedUnit::Unreadable => (UnitAgreement::Unreadable, "no text"),
+            StatedUnit::Unreadable => (point.unit.judge_unreadable(), "no text"),
         };
         // What contradicted does so until another unit can be read.
         let still_conflicts =

@@ -188,8 +188,7 @@ impl PointStates {
             let point = &self.points.all[index];
             let agreement = match unit {
                 Ok(unit) => point.unit.compare(unit.names()),
-                Err(UnreadableUnit) if point.unit.is_known() => UnitAgreement::Unreadable,
-                Err(UnreadableUnit) => UnitAgreement::Agrees,
+                Err(UnreadableUnit) => point.unit.judge_unreadable(),
             };
             let is_news = std::mem::replace(&mut self.units[index], agreement) != agreement;
             let remark = point.unit.remark(agreement, &words);

@@ -253,8 +253,8 @@ fn find(cfg: &Cfg, point: &Point, remarks: &mut Remarks) -> Result<ChannelSelect
                         point.unit.as_deref().unwrap_or_default()
                     ));
                 }
-                UnitAgreement::Unknown | UnitAgreement::Unreadable => {
-                    let remark = wanted.remark(UnitAgreement::Unknown, unit).unwrap_or_default();
+                agreement => {
+                    let remark = wanted.remark(agreement, unit).unwrap_or_default();
                     remarks.add(format!("tag '{}': {remark}", point.id));
                 }
             }

@@ -100,14 +100,13 @@ impl Reading<'_> {
     fn compare_unit(&self, point: &Point) -> (UnitAgreement, Option<String>) {
         match self.unit.as_ref() {
             None | Some(Cell::Null) => (UnitAgreement::Agrees, None),
-            Some(_) if !point.unit.is_known() => (UnitAgreement::Agrees, None),
             Some(Cell::Text(text)) => {
                 let agreement = point.unit.compare([text.as_ref()]);
                 (agreement, point.unit.remark(agreement, text))
             }
             Some(cell) => {
-                let remark = point.unit.remark(UnitAgreement::Unreadable, &cell.name());
-                (UnitAgreement::Unreadable, remark)
+                let agreement = point.unit.judge_unreadable();
+                (agreement, point.unit.remark(agreement, &cell.name()))
             }
         }
     }

@@ -175,8 +175,8 @@ impl Columns {
                      unit, or give it a `scale`",
                     point.id
                 )),
-                UnitAgreement::Unknown | UnitAgreement::Unreadable => {
-                    let remark = compared.remark(UnitAgreement::Unknown, found).unwrap_or_default();
+                agreement => {
+                    let remark = compared.remark(agreement, found).unwrap_or_default();
                     remarks.add(format!("tag '{}': {remark}", point.id));
                 }
             }
