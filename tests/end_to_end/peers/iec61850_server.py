@@ -4,9 +4,10 @@ plugin's tests. It is under the GPL, so it stays in a process of its own.
     iec61850_server.py [--port N] SPEC
 
 SPEC is JSON: {"tls": {"ca", "certificate", "key"}, "conf_rev": N, "stamp_seconds": S,
-"report_bytes": N, "extra": N, "units": [[SIUNIT, MULTIPLIER]]}, each of which may be left out. The IED is always the same (see `build`);
+"report_bytes": N, "extra": N, "texts": BOOL, "units": [[SIUNIT, MULTIPLIER]]}, each of which may be left out. The IED is always the same (see `build`);
 `extra` adds as many values of three phases to MMXU2, `Val1` and so on; `units` adds to MMXU3 a
-value with each of them, `Val1` and so on, and voltages `Phs` of which phase A is in V. With
+value with each of them, `Val1` and so on, and voltages `Phs` of which phase A is in V; `texts`
+adds a visible string GGIO1.Mode and the name plate LLN0.NamPlt. With
 `stamp_seconds` the integers GGIO1.IntIn1 to IntIn3 have their own number in their bits 24
 to 30 and count up in the others. `report_bytes`, with `tls` alone, is room for reports.
 
@@ -16,7 +17,8 @@ Prints `READY port`, then takes commands on stdin, JSON, one a line, and answers
     {"object": "LD0/MMXU1.TotW", "values": {"mag.f": 1.5}, "quality": BITS,
      "time_millis": T, "clock": "failed" | "unsynchronised"}
         changes attributes of a data object; all but the object may be left out. A value
-        is a bool, an integer, a float, or {"dbpos": N}, {"int64": N}, {"uint32": N}
+        is a bool, an integer, a float, or a text, {"dbpos": N}, {"int64": N},
+        {"uint32": N}
     {"connections": N}   fails unless so many clients are connected, within 10 s
 """
 
@@ -60,6 +62,9 @@ def build(spec):
     lib.CDC_ACT_create("Op", protection, 0)
     lib.CDC_SPG_create("Str", protection, 0)
     lib.CDC_ASG_create("StrVal", protection, 0, False)
+    if spec.get("texts"):
+        lib.CDC_VSS_create("Mode", generic, 0)
+        lib.CDC_LPL_create("NamPlt", lib.toModelNode(zero), 0)
     more = node("MMXU2")
     for number in range(1, spec.get("extra", 0) + 1):
         lib.CDC_WYE_create(f"Val{number}", more, lib.CDC_OPTION_PHASES_ABC)
@@ -154,6 +159,8 @@ class Server:
                 lib.IedServer_updateInt32AttributeValue(self.server, attribute, value)
             case float():
                 lib.IedServer_updateFloatAttributeValue(self.server, attribute, value)
+            case str():
+                lib.IedServer_updateVisibleStringAttributeValue(self.server, attribute, value)
             case {"dbpos": position}:
                 lib.IedServer_updateDbposValue(self.server, attribute, position)
             case {"int64": number}:

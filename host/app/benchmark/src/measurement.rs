@@ -232,7 +232,7 @@ impl MeasuredView {
     fn set_tags(&mut self, ids: &[String], number: impl Fn(usize) -> f64) {
         for (index, id) in ids.iter().enumerate() {
             // Never refused: these are numbers of the host.
-            let _ = self.viewer.set_tag(id, &HostTagValue::from_number(number(index)));
+            let _ = self.viewer.set_tag(id, HostTagValue::from_number(number(index)));
         }
     }
 

@@ -207,6 +207,9 @@ fn values(ui: &mut Ui, faceplate: &Faceplate, into: &mut Vec<Command>) {
     }
 }
 
+/// Bytes of a value that its column has room for in any case; a longer one is told on hovering.
+pub(crate) const MAX_SHOWN_VALUE: usize = 16;
+
 fn value_row(ui: &mut Ui, value: &FaceplateValue, into: &mut Vec<Command>) {
     let tag = &value.row;
     let (rect, response) = row(ui);
@@ -231,7 +234,9 @@ fn value_row(ui: &mut Ui, value: &FaceplateValue, into: &mut Vec<Command>) {
         None => "",
     };
     let origin = origin_mark::tooltip(tag.origin);
-    let hover = format!("{}\n{}{origin}{hint}", tag.id, quality_text(&tag.mark));
+    let whole =
+        if tag.value.len() > MAX_SHOWN_VALUE { format!("\n{}", tag.value) } else { String::new() };
+    let hover = format!("{}{whole}\n{}{origin}{hint}", tag.id, quality_text(&tag.mark));
     if response.on_hover_text(hover).clicked() && value.is_trended.is_some() {
         into.push(Command::ToggleTrend(value.tag));
     }

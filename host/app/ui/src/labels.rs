@@ -7,6 +7,7 @@ use std::cmp::Ordering;
 use std::sync::Arc;
 
 use busbar_types::Origin;
+use egui::text::{LayoutJob, TextWrapping};
 use egui::{
     Align2, Color32, Galley, Painter, Rect, Shape, Stroke, StrokeKind, Ui, Vec2, pos2, vec2,
 };
@@ -31,6 +32,9 @@ const MAX_BOXES: usize = 200;
 const HIDDEN_OPACITY: f32 = 0.7;
 /// Lines of a box, the most urgent first.
 const MAX_LINES: usize = 12;
+/// Width of a caption, and of a value, points; a longer one ends with an ellipsis. Faceplate and list
+/// of tags tell the whole on hovering.
+const MAX_TEXT_WIDTH: f32 = 320.0;
 
 /// Paints labels over the scene, clipped to the viewport, beside occupied places.
 pub(crate) fn paint(
@@ -125,6 +129,11 @@ struct LabelRow {
 impl LabelBox {
     fn lay_out(painter: &Painter, label: &Label<'_>) -> Self {
         let text = |text: String, font, color: Color32| painter.layout_no_wrap(text, font, color);
+        let cut_text = |text: String, font, color: Color32| {
+            let mut job = LayoutJob::simple_singleline(text, font, color);
+            job.wrap = TextWrapping::truncate_at_width(MAX_TEXT_WIDTH);
+            painter.layout_job(job)
+        };
         let lines = most_urgent_lines(label);
         let hidden = label.lines.len() - lines.len();
         let more = if hidden > 0 { format!("   +{hidden} more") } else { String::new() };
@@ -135,12 +144,12 @@ impl LabelBox {
             .map(|line| {
                 let (_, ink) = theme::background_and_text(painter.ctx(), &line.mark);
                 let galleys = [
-                    text(
+                    cut_text(
                         line.caption.to_string(),
                         theme::value_font(),
                         theme::palette(painter.ctx()).weak_text,
                     ),
-                    text(line.text.to_string(), theme::value_font(), ink),
+                    cut_text(line.text.to_string(), theme::value_font(), ink),
                     text(note(line), theme::small_font(), ink),
                 ];
                 LabelRow { mark: line.mark.clone(), origin: line.origin, texts: galleys }
@@ -299,6 +308,25 @@ mod tests {
         labels.sort_by(by_priority);
         let titles = labels.map(|label| label.title);
         assert_eq!(titles, ["selected", "alarmed", "warned", "near", "far"]);
+    }
+
+    #[test]
+    fn long_texts_are_cut_at_a_width_and_short_ones_are_whole() {
+        let line = |text: &'static str| LabelLine { text: text.into(), ..LabelLine::default() };
+        let long = "x".repeat(255).leak();
+        let label = Label { lines: vec![line("231 kV"), line(long)], ..Label::default() };
+        let context = egui::Context::default();
+        let mut widths = Vec::new();
+        let mut output = context.run_ui(egui::RawInput::default(), |ui| {
+            let laid_out = LabelBox::lay_out(ui.painter(), &label);
+            widths = laid_out.rows.iter().map(|row| row.texts[1].size().x).collect();
+            let shown = |row: usize| laid_out.rows[row].texts[1].rows[0].text();
+            assert_eq!(shown(0), "231 kV");
+            assert!(shown(1).starts_with("xxx") && shown(1).ends_with('…'), "{}", shown(1));
+        });
+        output.textures_delta.clear();
+        assert!(widths[0] < 100.0, "{widths:?}");
+        assert!((300.0..=MAX_TEXT_WIDTH).contains(&widths[1]), "{widths:?}");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use busbar_plugin_abi as abi;
 use crate::journal::Entry;
 use crate::probe::Probe;
 
-type Status = abi::BusbarStatus;
+type Status = abi::BusbarStatusNumber;
 type Create = unsafe extern "C" fn(
     abi::BusbarStr,
     abi::BusbarStr,

@@ -31,8 +31,8 @@ unsafe impl Sync for FakeSink {}
 /// Records of calls to a sink.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SinkRecord {
-    /// `BUSBAR_VALUE_*` wanted, by tag.
-    wanted: BTreeMap<u32, u32>,
+    /// `BUSBAR_VALUE_KIND_*` wanted, by tag.
+    wanted: BTreeMap<u32, u8>,
     /// Tags of which at least one sample came.
     pub(crate) tags: BTreeSet<u32>,
     /// Number of samples received.
@@ -47,7 +47,7 @@ pub(crate) struct SinkRecord {
 
 impl FakeSink {
     /// A sink for tags with the kinds that are wanted of them.
-    pub(crate) fn new(wanted: impl IntoIterator<Item = (u32, u32)>) -> &'static Self {
+    pub(crate) fn new(wanted: impl IntoIterator<Item = (u32, u8)>) -> &'static Self {
         let seen = SinkRecord { wanted: wanted.into_iter().collect(), ..SinkRecord::default() };
         let shared: &'static Mutex<SinkRecord> = Box::leak(Box::new(Mutex::new(seen)));
         let raw = abi::BusbarSampleSink {
@@ -97,6 +97,19 @@ impl SinkRecord {
         }
     }
 
+    fn validate_text(&mut self, sample: &abi::BusbarSample) {
+        // The host takes such a text as far as it goes; its author should know.
+        let (tag, limit) = (sample.tag, abi::BUSBAR_MAX_TEXT_VALUE);
+        match text::read(sample.text) {
+            Err(what) => self.fault(format!("the text of a sample of tag {tag} {what}")),
+            Ok(text) if text.len() > limit as usize => {
+                let len = text.len();
+                self.fault(format!("a text of tag {tag} has {len} bytes; {limit} are taken"));
+            }
+            Ok(_) => {}
+        }
+    }
+
     fn validate_sample(&mut self, sample: &abi::BusbarSample) {
         let tag = sample.tag;
         let Some(&wanted) = self.wanted.get(&tag) else {
@@ -104,23 +117,24 @@ impl SinkRecord {
         };
         self.tags.insert(tag);
         let kind = sample.kind;
-        if kind != abi::BUSBAR_VALUE_NONE && u32::from(kind) != wanted {
+        if kind != abi::BUSBAR_VALUE_KIND_NONE && kind != wanted {
             self.fault(format!("a sample of tag {tag} has value kind {kind}, not {wanted}"));
         }
         match kind {
-            abi::BUSBAR_VALUE_F64 if sample.quality == abi::BUSBAR_QUALITY_GOOD => {
-                let value = f64::from_bits(sample.value);
+            abi::BUSBAR_VALUE_KIND_F64 if sample.quality == abi::BUSBAR_QUALITY_GOOD => {
+                let value = sample.number;
                 if !value.is_finite() {
                     self.fault(format!("a sample of tag {tag} is {value} and says it is good"));
                 }
             }
-            abi::BUSBAR_VALUE_BOOL if sample.value > 1 => {
-                self.fault(format!("a bool sample of tag {tag} has value {}", sample.value));
+            abi::BUSBAR_VALUE_KIND_BOOL if !(0..=1).contains(&sample.integer) => {
+                self.fault(format!("a bool sample of tag {tag} has value {}", sample.integer));
             }
-            abi::BUSBAR_VALUE_DOUBLE_POINT if sample.value > 3 => {
-                self.fault(format!("a double point of tag {tag} has value {}", sample.value));
+            abi::BUSBAR_VALUE_KIND_DOUBLE_POINT if !(0..=3).contains(&sample.integer) => {
+                self.fault(format!("a double point of tag {tag} has value {}", sample.integer));
             }
-            abi::BUSBAR_VALUE_NONE if sample.quality == abi::BUSBAR_QUALITY_GOOD => {
+            abi::BUSBAR_VALUE_KIND_TEXT => self.validate_text(sample),
+            abi::BUSBAR_VALUE_KIND_NONE if sample.quality == abi::BUSBAR_QUALITY_GOOD => {
                 self.fault(format!("a sample of tag {tag} is good and has no value"));
             }
             _ => {}
@@ -177,7 +191,7 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
     let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
     seen.record_call();
     seen.links += 1;
-    if state > abi::BUSBAR_LINK_DOWN {
+    if state > abi::BUSBAR_LINK_STATE_DOWN {
         seen.fault(format!("a link report has the unknown state {state}"));
     }
     match text::read(message) {

@@ -149,7 +149,7 @@ impl Probe {
     pub(crate) fn expect_ok(
         &self,
         call: &str,
-        status: abi::BusbarStatus,
+        status: abi::BusbarStatusNumber,
         error: &abi::BusbarError,
     ) -> Result<(), Stop> {
         if status == abi::BUSBAR_OK {
@@ -168,9 +168,9 @@ impl Probe {
     pub(crate) fn expect_refused(
         &self,
         case: &str,
-        status: abi::BusbarStatus,
+        status: abi::BusbarStatusNumber,
         error: &abi::BusbarError,
-        allowed: &[abi::BusbarStatus],
+        allowed: &[abi::BusbarStatusNumber],
     ) {
         let as_wanted = self.expect_status(case, status, error, allowed);
         if as_wanted && status != abi::BUSBAR_OK {
@@ -182,9 +182,9 @@ impl Probe {
     pub(crate) fn expect_status(
         &self,
         case: &str,
-        status: abi::BusbarStatus,
+        status: abi::BusbarStatusNumber,
         error: &abi::BusbarError,
-        allowed: &[abi::BusbarStatus],
+        allowed: &[abi::BusbarStatusNumber],
     ) -> bool {
         if status == abi::BUSBAR_INTERNAL {
             let message = text::message_of(error).unwrap_or_default();

@@ -38,7 +38,7 @@ pub(crate) fn message_of(error: &abi::BusbarError) -> Result<String, String> {
 }
 
 /// A status as the header names it.
-pub(crate) fn status_name(status: abi::BusbarStatus) -> String {
+pub(crate) fn status_name(status: abi::BusbarStatusNumber) -> String {
     match status {
         abi::BUSBAR_OK => "BUSBAR_OK".into(),
         abi::BUSBAR_INVALID_ARGUMENT => "BUSBAR_INVALID_ARGUMENT".into(),

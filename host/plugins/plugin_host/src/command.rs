@@ -217,9 +217,9 @@ impl Commands {
         }
         self.instance.outcome(status, &error)?;
         let exit = match result.exit_code {
-            abi::BUSBAR_EXIT_DONE => CommandExit::Done,
-            abi::BUSBAR_EXIT_INPUT => CommandExit::InputAtFault,
-            abi::BUSBAR_EXIT_USAGE => CommandExit::WrongUse,
+            abi::BUSBAR_EXIT_CODE_DONE => CommandExit::Done,
+            abi::BUSBAR_EXIT_CODE_INPUT => CommandExit::InputAtFault,
+            abi::BUSBAR_EXIT_CODE_USAGE => CommandExit::WrongUse,
             _ => return Err(violation("a command ended with an unknown exit code")),
         };
         Ok(CommandReport {

@@ -105,7 +105,7 @@ pub struct SettingsError {
 
 impl PluginError {
     /// Creates an error from a status that is not OK.
-    pub(crate) fn from_status(id: &str, status: abi::BusbarStatus, message: String) -> Self {
+    pub(crate) fn from_status(id: &str, status: abi::BusbarStatusNumber, message: String) -> Self {
         let id = id.to_owned();
         let message =
             if message.is_empty() { format!("failed with status {status}") } else { message };

@@ -15,7 +15,7 @@ pub struct Instance {
     raw: NonNull<abi::BusbarPlugin>,
     info: PluginInfo,
     name: String,
-    /// Held during `[main-thread]` calls, which must not meet.
+    /// Held during `[serialized]` calls, which must not meet.
     serial: Mutex<()>,
     // The instance may use the table until it is destroyed.
     _host: HostTable,
@@ -24,7 +24,7 @@ pub struct Instance {
 }
 
 // SAFETY: the ABI lets `[any-thread]` functions be called from anywhere, and
-// `[main-thread]` ones one at a time, which `serial` sees to; `destroy` runs
+// `[serialized]` ones one at a time, which `serial` sees to; `destroy` runs
 // when nobody else holds the instance.
 unsafe impl Send for Instance {}
 // SAFETY: as above.
@@ -52,7 +52,7 @@ impl Instance {
         Ok(Self { raw, info, name, serial, _host: host, _library: library })
     }
 
-    /// Locks out other `[main-thread]` calls until the guard is dropped.
+    /// Locks out other `[serialized]` calls until the guard is dropped.
     pub(crate) fn serialize_calls(&self) -> MutexGuard<'_, ()> {
         self.serial.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -98,7 +98,7 @@ impl Instance {
     /// The outcome of a call.
     pub(crate) fn outcome(
         &self,
-        status: abi::BusbarStatus,
+        status: abi::BusbarStatusNumber,
         error: &abi::BusbarError,
     ) -> Result<(), PluginError> {
         if status == abi::BUSBAR_OK {

@@ -13,7 +13,7 @@ const FIRST_BYTES: usize = 16 << 10;
 pub(crate) fn ask_json<T: DeserializeOwned>(
     instance: &Instance,
     max_bytes: usize,
-    ask: impl Fn(*mut abi::BusbarTextOutput, *mut abi::BusbarError) -> abi::BusbarStatus,
+    ask: impl Fn(*mut abi::BusbarTextOutput, *mut abi::BusbarError) -> abi::BusbarStatusNumber,
 ) -> Result<T, PluginError> {
     let mut room = FIRST_BYTES;
     loop {

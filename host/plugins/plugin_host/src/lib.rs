@@ -22,6 +22,7 @@ mod overlay;
 mod overlay_quantity;
 mod overlay_verdict;
 mod program_value;
+mod published_sample;
 mod records;
 mod sample_intake;
 mod scene_clock;
@@ -56,6 +57,7 @@ pub use mesh_optimizer::{
 pub use notify::Notifier;
 pub use overlay::Overlay;
 pub use program_value::ProgramValue;
+pub use published_sample::{PublishedBatch, PublishedSample};
 pub use records::{MAX_PAGE_ROWS, RecordPage, Records};
 pub use sample_intake::{SampleIntake, SampleSink, SourcePolicy};
 pub use scene_clock::SceneClock;

@@ -71,7 +71,7 @@ impl PluginLibrary {
         id: &str,
         settings_json: &str,
         host: &HostTable,
-    ) -> Result<NonNull<abi::BusbarPlugin>, (abi::BusbarStatus, String)> {
+    ) -> Result<NonNull<abi::BusbarPlugin>, (abi::BusbarStatusNumber, String)> {
         let internal = |what: &str| (abi::BUSBAR_INTERNAL, what.to_owned());
         let create = self.factory.create.ok_or_else(|| internal("its factory has no `create`"))?;
         let mut error = abi::BusbarError::empty();

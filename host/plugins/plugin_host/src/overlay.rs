@@ -1,4 +1,4 @@
-//! Overlay plugins: capability `busbar.overlay/1-draft`.
+//! Overlay plugins: capability `busbar.overlay/2-draft`.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -100,7 +100,7 @@ impl Overlay {
         states: &[Option<TagState>],
         now: SystemTime,
     ) -> Result<OverlayPicture, PluginError> {
-        let state = |index| states.get(index).copied().flatten();
+        let state = |index: usize| states.get(index).and_then(Option::as_ref);
         let values: Vec<_> = (0..self.bindings.len()).map(|i| value_to_abi(state(i))).collect();
         let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
         let frame = abi::BusbarOverlayFrame {
@@ -185,23 +185,23 @@ impl Overlay {
                 .get(primitive.binding as usize)
                 .ok_or("a primitive names a binding that does not exist")?;
             let (node, tag) = (primitive.node, binding.tag);
-            if primitive.kind == abi::BUSBAR_OVERLAY_STATE {
-                let entry = primitive.severity;
-                picture.states.push(OverlayState { equipment: node, entry, tag });
+            if primitive.kind == abi::BUSBAR_PRIMITIVE_KIND_STATE {
+                let &abi::BusbarOverlayPrimitive { equipment, entry, .. } = primitive;
+                picture.states.push(OverlayState { equipment, entry, tag });
                 continue;
             }
             let severity = Severity::from_code(primitive.severity).ok_or_else(|| {
                 format!("a primitive has the unknown severity {}", primitive.severity)
             })?;
             match primitive.kind {
-                abi::BUSBAR_OVERLAY_LINE => picture.lines.push(OverlayLine {
+                abi::BUSBAR_PRIMITIVE_KIND_LINE => picture.lines.push(OverlayLine {
                     node,
                     tag,
                     severity,
                     caption: part(primitive.caption_offset, primitive.caption_len)?,
                     text: part(primitive.text_offset, primitive.text_len)?,
                 }),
-                abi::BUSBAR_OVERLAY_TINT => {
+                abi::BUSBAR_PRIMITIVE_KIND_TINT => {
                     picture.tints.push(OverlayTint { node, tag, severity });
                 }
                 other => return Err(format!("a primitive has the unknown kind {other}")),
@@ -313,8 +313,15 @@ fn read_description(raw: &abi::BusbarOverlayDescription) -> Result<OverlayDescri
     })
 }
 
-const NO_QUANTITY: abi::BusbarOverlayQuantity =
-    abi::BusbarOverlayQuantity { kind: 0, binding: 0, equipment: 0, other: 0, value: 0.0 };
+const NO_QUANTITY: abi::BusbarOverlayQuantity = abi::BusbarOverlayQuantity {
+    kind: 0,
+    binding: 0,
+    equipment: 0,
+    mechanism: 0,
+    to_equipment: 0,
+    reserved: 0,
+    value: 0.0,
+};
 
 const NO_VERDICT: abi::BusbarOverlayVerdict = abi::BusbarOverlayVerdict {
     equipment: 0,
@@ -331,6 +338,8 @@ const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {
     binding: 0,
     node: 0,
     severity: 0,
+    equipment: 0,
+    entry: 0,
     caption_offset: 0,
     caption_len: 0,
     text_offset: 0,
@@ -340,7 +349,8 @@ const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {
 fn binding_to_abi(binding: &OverlayBinding) -> abi::BusbarBinding {
     abi::BusbarBinding {
         node: binding.node,
-        kind: binding.kind.code().into(),
+        kind: binding.kind.code(),
+        reserved: [0; 3],
         limit_low: binding.limit_low.unwrap_or(f64::NAN),
         limit_high: binding.limit_high.unwrap_or(f64::NAN),
         tag_id: abi::BusbarStr::from_borrowed(&binding.tag_id),
@@ -351,19 +361,22 @@ fn binding_to_abi(binding: &OverlayBinding) -> abi::BusbarBinding {
     }
 }
 
-fn value_to_abi(state: Option<TagState>) -> abi::BusbarTagValue {
+/// Lays out a tag's state for a plugin. A text is valid as long as the state is.
+fn value_to_abi(state: Option<&TagState>) -> abi::BusbarTagValue {
     let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.report_quality);
-    let (kind, value) = abi::value_codes(state.and_then(|s| s.value));
+    let value = abi::ValueFields::new(state.and_then(|s| s.value.as_ref()));
     let (quality, reason) = quality.codes();
     let age = state.and_then(|s| s.age).unwrap_or_default();
     abi::BusbarTagValue {
-        kind,
+        kind: value.kind,
         quality,
         reason,
         origin: state.map_or(0, |s| abi::flags_of_origin(s.origin)),
         reserved: [0; 4],
-        value,
+        number: value.number,
+        integer: value.integer,
         age_millis: age.as_millis() as u64,
+        text: value.text,
     }
 }
 
@@ -384,7 +397,7 @@ mod tests {
                 source_time: None,
                 origin,
             };
-            value_to_abi(Some(state)).origin
+            value_to_abi(Some(&state)).origin
         };
         assert_eq!(flags(Origin::LIVE), 0);
         let simulated = abi::BUSBAR_ORIGIN_SIMULATED;

@@ -29,14 +29,14 @@ pub(crate) fn read(
     raw: &abi::BusbarOverlayQuantity,
     tag: TagHandle,
 ) -> Result<OverlayQuantity, String> {
-    let &abi::BusbarOverlayQuantity { kind, equipment, other, value, .. } = raw;
+    let &abi::BusbarOverlayQuantity { kind, equipment, value, .. } = raw;
     let what = match kind {
-        abi::BUSBAR_QUANTITY_POSITION => {
+        abi::BUSBAR_QUANTITY_KIND_POSITION => {
             let travelled = (!value.is_nan()).then_some(value);
-            Quantity::Position { mechanism: other, travelled }
+            Quantity::Position { mechanism: raw.mechanism, travelled }
         }
-        abi::BUSBAR_QUANTITY_FLOW => Quantity::Flow { to: other, share: value },
-        abi::BUSBAR_QUANTITY_LEVEL => Quantity::Level(value),
+        abi::BUSBAR_QUANTITY_KIND_FLOW => Quantity::Flow { to: raw.to_equipment, share: value },
+        abi::BUSBAR_QUANTITY_KIND_LEVEL => Quantity::Level(value),
         unknown => return Err(format!("a quantity has the unknown kind {unknown}")),
     };
     Ok(OverlayQuantity { equipment, tag, what })

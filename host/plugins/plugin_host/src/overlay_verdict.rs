@@ -30,7 +30,7 @@ pub(crate) fn read(
         let reason = reason.ok_or("a verdict names text that is not there")?;
         let basis_end = raw.basis_offset.checked_add(raw.basis_count);
         let basis_end = basis_end.ok_or("a verdict names a basis that is not there")?;
-        let is_assumed = raw.flags & abi::BUSBAR_VERDICT_ASSUMED != 0;
+        let is_assumed = raw.flags & abi::BUSBAR_VERDICT_FLAG_ASSUMED != 0;
         let basis = raw.basis_offset..basis_end;
         let rating = VerdictRating { verdict, severity: severity(raw.flags), is_assumed };
         read.push_on_basis(raw.equipment, rating, reason, basis);
@@ -41,7 +41,7 @@ pub(crate) fn read(
 /// Returns the severity that flags give an abnormal verdict; of two the greater one.
 fn severity(flags: u32) -> VerdictSeverity {
     let has = |flag| flags & flag != 0;
-    match (has(abi::BUSBAR_VERDICT_WARNING), has(abi::BUSBAR_VERDICT_PERHAPS_ALARM)) {
+    match (has(abi::BUSBAR_VERDICT_FLAG_WARNING), has(abi::BUSBAR_VERDICT_FLAG_PERHAPS_ALARM)) {
         (_, true) => VerdictSeverity::PerhapsAlarm,
         (true, false) => VerdictSeverity::Warning,
         (false, false) => VerdictSeverity::Alarm,
@@ -69,9 +69,9 @@ mod tests {
             found.expect("it is there")
         };
         let [assumed, warning, perhaps] = [
-            abi::BUSBAR_VERDICT_ASSUMED,
-            abi::BUSBAR_VERDICT_WARNING,
-            abi::BUSBAR_VERDICT_PERHAPS_ALARM,
+            abi::BUSBAR_VERDICT_FLAG_ASSUMED,
+            abi::BUSBAR_VERDICT_FLAG_WARNING,
+            abi::BUSBAR_VERDICT_FLAG_PERHAPS_ALARM,
         ];
         assert_eq!(read(0), (VerdictSeverity::Alarm, false));
         assert_eq!(read(assumed), (VerdictSeverity::Alarm, true));

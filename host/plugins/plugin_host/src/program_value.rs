@@ -6,10 +6,11 @@ use busbar_plugin_abi as abi;
 use busbar_tags::{Moment, Sample, SourceTime, TagHandle};
 use busbar_types::{Quality, Value};
 
+use crate::PublishedSample;
 use crate::sample_intake::{SampleIntake, SampleSink};
 
 /// Tag value written by a host program, with the time that it gives.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ProgramValue {
     /// Tag that it is of.
     pub tag: TagHandle,
@@ -37,24 +38,25 @@ impl SampleIntake {
         let waited_nanos = i64::try_from(waited.as_nanos()).unwrap_or(i64::MAX);
         let (said, called) =
             (now.before(waited), SourceTime(wall_clock.0.saturating_sub(waited_nanos)));
-        let mut sink = |sample: &Sample| sink.take(&Sample { received: now, ..*sample });
+        let mut sink = |sample: &Sample| sink.take(&Sample { received: now, ..sample.clone() });
         self.take(&value.to_raw(), said, called, &mut sink)
     }
 }
 
 impl ProgramValue {
-    fn to_raw(self) -> abi::BusbarSample {
-        let (kind, value) = abi::value_codes(self.value);
+    fn to_raw(&self) -> PublishedSample {
+        let (kind, bits, text) = PublishedSample::value_fields(self.value.as_ref());
         // The least number stands for no time between plugin and host; here it is a time.
         let is_unusable = self.source_time == Some(abi::BUSBAR_NO_TIME);
-        abi::BusbarSample {
+        PublishedSample {
             tag: self.tag.0,
             kind,
             quality: self.quality.level().code(),
             reason: abi::BUSBAR_REASON_NONE,
             flags: if is_unusable { abi::BUSBAR_SAMPLE_TIME_UNUSABLE } else { 0 },
-            value,
+            bits,
             source_time_unix_nanos: self.source_time.unwrap_or(abi::BUSBAR_NO_TIME),
+            text,
         }
     }
 }

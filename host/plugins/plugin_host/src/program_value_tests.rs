@@ -1,4 +1,4 @@
-use busbar_types::{DoublePoint, Reason, ValueKind};
+use busbar_types::{DoublePoint, Reason, Text, ValueKind};
 
 use super::*;
 use crate::{SourcePolicy, TelemetryTag};
@@ -39,7 +39,9 @@ impl Fixture {
         let said = ProgramValue { tag: TagHandle(tag), value, quality, source_time };
         let at = (Moment((self.now * SECOND) as u64), SourceTime(START + self.wall * SECOND));
         let (waited, mut all) = (Duration::from_secs(waited as u64), Vec::new());
-        self.intake.take_program_value(&said, waited, at, &mut |sample: &Sample| all.push(*sample));
+        self.intake.take_program_value(&said, waited, at, &mut |sample: &Sample| {
+            all.push(sample.clone());
+        });
         all
     }
 
@@ -47,7 +49,7 @@ impl Fixture {
     fn take(&mut self, waited: i64, source_time: Option<i64>) -> (Quality, i64) {
         let source_time = source_time.map(|seconds| START + seconds * SECOND);
         let samples = self.samples(0, waited, source_time);
-        let [sample] = samples[..] else { panic!("{samples:?}") };
+        let [sample] = &samples[..] else { panic!("{samples:?}") };
         assert_eq!(sample.value, Some(Value::F64(1.5)));
         assert_eq!(sample.received, Moment((self.now * SECOND) as u64));
         (sample.quality, self.now - (sample.valid_from.0 / SECOND as u64) as i64)
@@ -118,14 +120,18 @@ fn every_value_and_quality_is_handed_on() {
     let mut values = vec![None, Some(Value::I64(-7)), Some(Value::Bool(true))];
     values.extend([Some(Value::F64(-0.5)), Some(Value::Bool(false))]);
     values.extend(positions.map(|position| Some(Value::DoublePoint(position))));
+    values.push(Text::new("AUTO").map(Value::Text));
     let unknown = Reason::Unknown;
     for value in values {
         for quality in [Quality::Good, Quality::Uncertain(unknown), Quality::Bad(unknown)] {
-            let said = ProgramValue { tag: TagHandle(0), value, quality, source_time: None };
+            let said = {
+                let value = value.clone();
+                ProgramValue { tag: TagHandle(0), value, quality, source_time: None }
+            };
             let mut all = Vec::new();
-            let mut sink = |sample: &Sample| all.push((sample.value, sample.quality));
+            let mut sink = |sample: &Sample| all.push((sample.value.clone(), sample.quality));
             assert!(fixture.intake.take_program_value(&said, Duration::ZERO, at, &mut sink));
-            assert_eq!(all, [(value, quality)]);
+            assert_eq!(all, [(value.clone(), quality)]);
         }
     }
 }

@@ -166,7 +166,7 @@ impl PageBuffer {
                 unix_nanos: Some(raw.time_unix_nanos)
                     .filter(|time| *time != abi::BUSBAR_RECORD_NO_TIME),
                 severity: match raw.severity {
-                    abi::BUSBAR_RECORD_NO_SEVERITY => None,
+                    abi::BUSBAR_DEFECT_SEVERITY_NONE => None,
                     code => {
                         let known = DefectSeverity::from_code(code);
                         Some(known.ok_or("a row has an unknown severity")?)

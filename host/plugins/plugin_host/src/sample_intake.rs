@@ -6,12 +6,12 @@ use busbar_plugin_abi as abi;
 use busbar_tags::{Moment, Sample, SourceTime, TagHandle};
 use busbar_types::{Origin, Quality, Reason, Value, ValueKind};
 
-use crate::TelemetryTag;
 use crate::source_clock::{ClockReport, FreshnessBasis, MAX_CLOCK_AHEAD, SourceClock};
+use crate::{PublishedSample, TelemetryTag};
 
 /// A good, live measurement: its small fields, as one number.
 const PLAIN: u32 = u32::from_le_bytes([
-    abi::BUSBAR_VALUE_F64,
+    abi::BUSBAR_VALUE_KIND_F64,
     abi::BUSBAR_QUALITY_GOOD,
     abi::BUSBAR_REASON_NONE,
     0,
@@ -149,7 +149,7 @@ impl SampleIntake {
     #[inline(always)]
     pub fn take(
         &mut self,
-        raw: &abi::BusbarSample,
+        raw: &PublishedSample,
         received: Moment,
         wall_clock: SourceTime,
         sink: &mut impl SampleSink,
@@ -164,7 +164,7 @@ impl SampleIntake {
             && source_time > times.last
             && self.policy == SourcePolicy::default();
         if !is_plain {
-            return self.take_other(*raw, received, wall_clock, sink);
+            return self.take_other(raw, received, wall_clock, sink);
         }
         let ahead = source_time - wall_clock.0;
         let valid_from = Moment(received.0.saturating_sub(ahead.unsigned_abs()));
@@ -172,7 +172,7 @@ impl SampleIntake {
         self.clock.note(ahead, received);
         sink.take(&Sample {
             tag: TagHandle(raw.tag),
-            value: Some(Value::F64(f64::from_bits(raw.value))),
+            value: Some(Value::F64(f64::from_bits(raw.bits))),
             quality: Quality::Good,
             doubt: Quality::Good,
             source_time: Some(SourceTime(source_time)),
@@ -188,13 +188,13 @@ impl SampleIntake {
     #[inline(never)]
     fn take_other(
         &mut self,
-        raw: abi::BusbarSample,
+        raw: &PublishedSample,
         received: Moment,
         wall_clock: SourceTime,
         sink: &mut impl SampleSink,
     ) -> bool {
         let doubted_until = self.doubt_until;
-        let sample = self.validate(&raw, received, wall_clock);
+        let sample = self.validate(raw, received, wall_clock);
         if doubted_until < received && received < self.doubt_until {
             self.doubt_unproven(received, sink);
         }
@@ -218,7 +218,7 @@ impl SampleIntake {
     /// Any sample of a tag that may be set.
     fn validate(
         &mut self,
-        raw: &abi::BusbarSample,
+        raw: &PublishedSample,
         received: Moment,
         wall_clock: SourceTime,
     ) -> Option<Sample> {
@@ -226,10 +226,10 @@ impl SampleIntake {
         if is_foreign || raw.flags & !KNOWN_FLAGS != 0 {
             return None;
         }
-        let value = value(raw.kind, raw.value)?;
+        let value = value(raw)?;
         let quality = Quality::from_codes(raw.quality, raw.reason)?;
         let is_buffered = raw.flags & abi::BUSBAR_SAMPLE_BUFFERED != 0;
-        let time = match value {
+        let time = match &value {
             Some(_) => self.judge_time(raw, received, wall_clock),
             // Nothing is said of a value, so nothing of when it was so.
             None => JudgedTime { source_time: None, valid_from: received, is_believed: true },
@@ -254,7 +254,7 @@ impl SampleIntake {
     /// Judges the time of a sample with a value.
     fn judge_time(
         &mut self,
-        raw: &abi::BusbarSample,
+        raw: &PublishedSample,
         received: Moment,
         wall_clock: SourceTime,
     ) -> JudgedTime {
@@ -314,14 +314,17 @@ impl SampleIntake {
     }
 }
 
-/// Value of a kind and bits; none for a kind that is not known, or a position that no switch has.
-fn value(kind: u8, bits: u64) -> Option<Option<Value>> {
-    if kind == abi::BUSBAR_VALUE_NONE {
+/// Value of a sample; none for a kind that is not known, or a position that no switch has.
+fn value(raw: &PublishedSample) -> Option<Option<Value>> {
+    if raw.kind == abi::BUSBAR_VALUE_KIND_NONE {
         return Some(None);
     }
-    let kind = ValueKind::from_code(kind)?;
-    let is_position = kind != ValueKind::DoublePoint || bits <= 3;
-    is_position.then(|| Some(Value::from_bits(kind, bits)))
+    let value = match ValueKind::from_code(raw.kind)? {
+        ValueKind::Text => Value::Text(raw.text.clone()?),
+        ValueKind::DoublePoint if raw.bits > 3 => return None,
+        kind => Value::from_bits(kind, raw.bits)?,
+    };
+    Some(Some(value))
 }
 
 #[cfg(test)]

@@ -67,9 +67,14 @@ mod tests {
         let reported = SceneClock { wall: at(100), recorded: Some(SourceTime(50_000_000_000)) };
         let unreported = SceneClock::live(at(100));
         let time = |clock: &SceneClock, states: &[TagState]| clock.time_of_values(states.iter());
-        assert_eq!(time(&reported, &[live]), at(100), "no value of it is recorded");
-        assert_eq!(time(&reported, &[live, recorded]), at(50));
-        assert_eq!(time(&unreported, &[live, recorded]), at(9));
+        let both = [live.clone(), recorded];
+        assert_eq!(
+            time(&reported, std::slice::from_ref(&live)),
+            at(100),
+            "no value of it is recorded"
+        );
+        assert_eq!(time(&reported, &both), at(50));
+        assert_eq!(time(&unreported, &both), at(9));
         assert_eq!(time(&unreported, &[without_time]), at(100));
     }
 }

@@ -208,8 +208,8 @@ fn event_to_abi(event: &SimulatedEvent) -> abi::BusbarSimulatedEvent {
     abi::BusbarSimulatedEvent {
         tag: event.tag.0,
         kind: match event.value {
-            Some(_) => abi::BUSBAR_EVENT_VALUE,
-            None => abi::BUSBAR_EVENT_RELEASE,
+            Some(_) => abi::BUSBAR_SIMULATED_EVENT_KIND_VALUE,
+            None => abi::BUSBAR_SIMULATED_EVENT_KIND_RELEASE,
         },
         at_seconds: event.at_seconds,
         over_seconds,

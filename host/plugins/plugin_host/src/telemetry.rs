@@ -1,4 +1,4 @@
-//! Telemetry adapters: capability `busbar.telemetry/1-draft`.
+//! Telemetry adapters: capability `busbar.telemetry/2-draft`.
 
 use std::ffi::c_void;
 use std::ptr::NonNull;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::sample_intake::{SampleIntake, SourcePolicy};
 use crate::source_clock::ClockReport;
-use crate::{Instance, PluginError, text};
+use crate::{Instance, PluginError, PublishedBatch, text};
 
 /// Samples in one batch.
 const MAX_BATCH: usize = 1 << 20;
@@ -92,7 +92,7 @@ pub trait SampleReceiver: Send + Sync {
     fn note_origin(&self, flags: u8);
 
     /// Takes a batch without blocking; returns the number of samples kept.
-    fn publish(&self, samples: &[abi::BusbarSample]) -> usize;
+    fn publish(&self, batch: PublishedBatch<'_>) -> usize;
 
     /// Samples that came in no usable batch.
     fn reject(&self, count: u64);
@@ -263,18 +263,19 @@ impl SampleReceiver for QueueReceiver {
         intake.add_origin(abi::origin_of_flags(flags));
     }
 
-    fn publish(&self, samples: &[abi::BusbarSample]) -> usize {
+    fn publish(&self, batch: PublishedBatch<'_>) -> usize {
         let received = Moment::now();
         let wall_clock = wall_clock();
         // Checked before the queue is locked: the frame waits for that lock.
-        let mut valid = Vec::with_capacity(samples.len());
+        let (mut valid, mut refused) = (Vec::with_capacity(batch.len()), 0);
         let mut intake = self.intake.lock().unwrap_or_else(PoisonError::into_inner);
         intake.follow_clock(wall_clock, received);
-        for raw in samples {
-            intake.take(raw, received, wall_clock, &mut |sample: &Sample| valid.push(*sample));
+        for raw in batch.samples() {
+            let mut sink = |sample: &Sample| valid.push(sample.clone());
+            refused += u64::from(!intake.take(&raw, received, wall_clock, &mut sink));
         }
         drop(intake);
-        self.reject((samples.len() - valid.len()) as u64);
+        self.reject(refused);
         if !valid.is_empty() {
             *self.last_sample.lock().unwrap_or_else(PoisonError::into_inner) = Some(received);
         }
@@ -334,7 +335,9 @@ unsafe extern "C" fn publish(
         return 0;
     }
     // SAFETY: the plugin gives `count` samples.
-    context.0.publish(unsafe { std::slice::from_raw_parts(samples, count) })
+    let samples = unsafe { std::slice::from_raw_parts(samples, count) };
+    // SAFETY: the plugin keeps the texts of the samples for the call.
+    context.0.publish(unsafe { PublishedBatch::new(samples) })
 }
 
 unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi::BusbarStr) {
@@ -343,9 +346,9 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
         return;
     };
     let state = match state {
-        abi::BUSBAR_LINK_CONNECTING => LinkState::Connecting,
-        abi::BUSBAR_LINK_UP => LinkState::Up,
-        abi::BUSBAR_LINK_DOWN => LinkState::Down,
+        abi::BUSBAR_LINK_STATE_CONNECTING => LinkState::Connecting,
+        abi::BUSBAR_LINK_STATE_UP => LinkState::Up,
+        abi::BUSBAR_LINK_STATE_DOWN => LinkState::Down,
         _ => LinkState::Idle,
     };
     // SAFETY: the plugin gives a readable text.
@@ -370,7 +373,8 @@ pub fn wall_clock() -> SourceTime {
 pub(crate) fn to_abi(tag: &TelemetryTag) -> abi::BusbarTagSpec {
     abi::BusbarTagSpec {
         tag: tag.tag.0,
-        kind: tag.kind.code().into(),
+        kind: tag.kind.code(),
+        reserved: [0; 3],
         freshness_millis: tag.freshness.as_millis() as u64,
         id: abi::BusbarStr::from_borrowed(&tag.id),
         address_json: abi::BusbarStr::from_borrowed(&tag.address_json),

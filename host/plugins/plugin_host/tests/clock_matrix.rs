@@ -7,7 +7,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use busbar_plugin_abi as abi;
-use busbar_plugin_host::{MAX_CLOCK_AHEAD, SampleIntake, SourcePolicy, TelemetryTag};
+use busbar_plugin_host::{
+    MAX_CLOCK_AHEAD, PublishedSample, SampleIntake, SourcePolicy, TelemetryTag,
+};
 use busbar_plugin_sdk::testing::FaultGenerator;
 use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
 use busbar_types::{Quality, Value, ValueKind};
@@ -135,14 +137,15 @@ impl World {
     fn send(&mut self, tag: usize, made: Made, flags: u8, quality: u8) {
         let (received, wall) = (Moment(self.now as u64), SourceTime(self.now + self.host_offset));
         let is_timed = flags & abi::BUSBAR_SAMPLE_TIME_UNUSABLE == 0;
-        let raw = abi::BusbarSample {
+        let raw = PublishedSample {
             tag: tag as u32,
-            kind: abi::BUSBAR_VALUE_I64,
+            kind: abi::BUSBAR_VALUE_KIND_I64,
             quality,
             reason: abi::BUSBAR_REASON_NONE,
             flags,
-            value: made.value as u64,
+            bits: made.value as u64,
             source_time_unix_nanos: if is_timed { made.stamp } else { abi::BUSBAR_NO_TIME },
+            text: None,
         };
         let Self { intake, table, .. } = self;
         intake.follow_clock(wall, received);

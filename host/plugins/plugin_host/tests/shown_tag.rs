@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_abi as abi;
-use busbar_plugin_host::{SampleIntake, SourcePolicy, TelemetryTag};
+use busbar_plugin_host::{PublishedSample, SampleIntake, SourcePolicy, TelemetryTag};
 use busbar_plugin_sdk as sdk;
 use busbar_plugin_sdk::testing::{FaultGenerator, ShownTag, tag_spec};
 use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
@@ -18,8 +18,8 @@ const SEEDS: u64 = 400;
 const STEPS: usize = 500;
 /// Freshness limit of the test kit's tags.
 const FRESHNESS: Duration = Duration::from_secs(5);
-const KINDS: [ValueKind; 4] =
-    [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
+const KINDS: [ValueKind; 5] =
+    [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint, ValueKind::Text];
 
 /// A host of one tag.
 struct Host {
@@ -55,7 +55,7 @@ impl Host {
         }
     }
 
-    fn take(&mut self, raw: &abi::BusbarSample, now: u64) {
+    fn take(&mut self, raw: &PublishedSample, now: u64) {
         let Self { intake, table, .. } = self;
         let (received, wall) = (Moment(now), SourceTime(now as i64));
         intake.follow_clock(wall, received);
@@ -83,6 +83,11 @@ fn value(random: &mut FaultGenerator, kind: ValueKind) -> sdk::Value {
         ValueKind::Bool => sdk::Value::Bool(random.one_in(2)),
         ValueKind::DoublePoint => {
             sdk::Value::DoublePoint([Off, On, Intermediate, BadState][random.below(4)])
+        }
+        ValueKind::Text => {
+            let words = ["", "AUTO", "MANUAL", "gestört: Ölstand", "cut\0", "long text "];
+            let word = words[random.below(words.len())];
+            sdk::Value::Text(sdk::Text::cut(&word.repeat(1 + random.below(2) * 60)))
         }
     }
 }
@@ -116,9 +121,9 @@ fn sample(
     random: &mut FaultGenerator,
     kind: ValueKind,
     time: i64,
-) -> (sdk::Sample, abi::BusbarSample) {
+) -> (sdk::Sample, PublishedSample) {
     use sdk::SampleFlags;
-    let kind = if random.one_in(30) { KINDS[random.below(4)] } else { kind };
+    let kind = if random.one_in(30) { KINDS[random.below(KINDS.len())] } else { kind };
     let value = (!random.one_in(8)).then(|| value(random, kind));
     let quality = match random.below(8) {
         0 => sdk::Quality::Bad(reason(random)),
@@ -142,13 +147,18 @@ fn sample(
     (sample, raw)
 }
 
-fn raw(sample: &sdk::Sample, time: i64) -> abi::BusbarSample {
+fn raw(sample: &sdk::Sample, time: i64) -> PublishedSample {
     use sdk::DoublePoint::{BadState, Intermediate, Off, On};
-    let (kind, value) = match sample.value {
-        None => (abi::BUSBAR_VALUE_NONE, 0),
-        Some(sdk::Value::F64(value)) => (abi::BUSBAR_VALUE_F64, value.to_bits()),
-        Some(sdk::Value::I64(value)) => (abi::BUSBAR_VALUE_I64, value.cast_unsigned()),
-        Some(sdk::Value::Bool(value)) => (abi::BUSBAR_VALUE_BOOL, value.into()),
+    let (mut text, said) = (None, sample.value.clone());
+    let (kind, bits) = match said {
+        None => (abi::BUSBAR_VALUE_KIND_NONE, 0),
+        Some(sdk::Value::F64(value)) => (abi::BUSBAR_VALUE_KIND_F64, value.to_bits()),
+        Some(sdk::Value::I64(value)) => (abi::BUSBAR_VALUE_KIND_I64, value.cast_unsigned()),
+        Some(sdk::Value::Bool(value)) => (abi::BUSBAR_VALUE_KIND_BOOL, value.into()),
+        Some(sdk::Value::Text(value)) => {
+            text = Some(value);
+            (abi::BUSBAR_VALUE_KIND_TEXT, 0)
+        }
         Some(sdk::Value::DoublePoint(position)) => {
             let bits = match position {
                 Intermediate => 0,
@@ -156,7 +166,7 @@ fn raw(sample: &sdk::Sample, time: i64) -> abi::BusbarSample {
                 On => 2,
                 BadState => 3,
             };
-            (abi::BUSBAR_VALUE_DOUBLE_POINT, bits)
+            (abi::BUSBAR_VALUE_KIND_DOUBLE_POINT, bits)
         }
     };
     let reason_of = |reason| match reason {
@@ -172,31 +182,32 @@ fn raw(sample: &sdk::Sample, time: i64) -> abi::BusbarSample {
         sdk::Quality::Uncertain(reason) => (abi::BUSBAR_QUALITY_UNCERTAIN, reason_of(reason)),
         sdk::Quality::Bad(reason) => (abi::BUSBAR_QUALITY_BAD, reason_of(reason)),
     };
-    abi::BusbarSample {
+    PublishedSample {
         tag: 0,
         kind,
         quality,
         reason,
         flags: sample.flags.bits(),
-        value,
+        bits,
         source_time_unix_nanos: time,
+        text,
     }
 }
 
 #[test]
 fn a_quality_alone_takes_back_no_doubt_about_a_time() {
     let value = sdk::Sample::good(0, sdk::Value::Bool(true));
-    let alone = sdk::Sample { value: None, ..value };
-    let unusable = sdk::Sample { flags: sdk::SampleFlags::TIME_UNUSABLE, ..value };
+    let alone = sdk::Sample { value: None, ..value.clone() };
+    let unusable = sdk::Sample { flags: sdk::SampleFlags::TIME_UNUSABLE, ..value.clone() };
     let hour = 3600 * SECOND as i64;
     let now = START as i64;
-    let buffered = sdk::Sample { flags: sdk::SampleFlags::BUFFERED, ..value };
+    let buffered = sdk::Sample { flags: sdk::SampleFlags::BUFFERED, ..value.clone() };
     let own_doubt =
-        sdk::Sample { quality: sdk::Quality::Uncertain(sdk::Reason::SourceTime), ..value };
+        sdk::Sample { quality: sdk::Quality::Uncertain(sdk::Reason::SourceTime), ..value.clone() };
     for (sample, time) in [
         (unusable, abi::BUSBAR_NO_TIME),
-        (value, now + hour),
-        (value, -5),
+        (value.clone(), now + hour),
+        (value.clone(), -5),
         (buffered, now + hour),
         (own_doubt, now),
     ] {
@@ -232,7 +243,7 @@ fn the_test_kit_shows_what_the_host_shows() {
             if !random.one_in(5) {
                 let time = source_time(&mut random, now, last);
                 let (sample, raw) = sample(&mut random, kind, time);
-                (last, _) = (time, told.push((now - START, sample)));
+                (last, _) = (time, told.push((now - START, sample.clone())));
                 shown.take(&sample, at);
                 host.take(&raw, now);
             }

@@ -16,7 +16,7 @@ use crate::capability_messages::{CapabilityAnswer, CapabilityRequest};
 use crate::memory::MeshSizes;
 
 /// Version of these messages: both processes are mostly the same program.
-pub(crate) const PROTOCOL_VERSION: u32 = 11;
+pub(crate) const PROTOCOL_VERSION: u32 = 12;
 /// Bytes of an error in a plugin's words that are kept.
 const MAX_WORDS_BYTES: usize = 4096;
 /// Settings faults, and capabilities in an error, that are kept.

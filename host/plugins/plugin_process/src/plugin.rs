@@ -108,7 +108,7 @@ impl InProcessTelemetry {
         // Also of samples that were queued before the intake was told.
         let origin = simulators.origin();
         for sample in &samples {
-            sink.take(&Sample { origin: sample.origin | origin, ..*sample });
+            sink.take(&Sample { origin: sample.origin | origin, ..sample.clone() });
         }
     }
 }

@@ -14,10 +14,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use busbar_plugin_abi::BusbarSample;
 use busbar_plugin_host::{
     Catalog, Commands, Instance, LibraryFile, LinkState, MeshOptimizer, Overlay, PluginError,
-    SampleReceiver, Simulator, TelemetryStream, WrittenCollapses,
+    PublishedBatch, SampleReceiver, Simulator, TelemetryStream, WrittenCollapses,
 };
 use busbar_tags::{ClockReadings, Moment, PauseDetector, SourceTime};
 use rustix::process::{Signal, getpid, kill_process};
@@ -376,14 +375,14 @@ impl SampleReceiver for SampleForwarder {
         self.writing().ring.note_origin(flags);
     }
 
-    fn publish(&self, samples: &[BusbarSample]) -> usize {
+    fn publish(&self, batch: PublishedBatch<'_>) -> usize {
         let mut writing = self.writing();
         // First: what is written after a pause may be from before it.
         writing.report_pause();
-        if writing.ring.write(samples, Moment::now()) {
+        if writing.ring.write(batch.samples(), Moment::now()) {
             self.waiting.notify_one();
         }
-        samples.len()
+        batch.len()
     }
 
     fn reject(&self, count: u64) {

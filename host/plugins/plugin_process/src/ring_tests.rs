@@ -12,19 +12,20 @@ fn ring() -> (File, RingWriter, RingReader) {
     (memory, writer, reader)
 }
 
-fn sample(value: u64) -> BusbarSample {
-    BusbarSample {
+fn sample(value: u64) -> PublishedSample {
+    PublishedSample {
         tag: value as u32 ^ 0xa5a5,
         kind: 1,
         quality: 2,
         reason: 3,
         flags: 0,
-        value,
+        bits: value,
         source_time_unix_nanos: -(value as i64),
+        text: None,
     }
 }
 
-fn samples(values: std::ops::Range<u64>) -> Vec<BusbarSample> {
+fn samples(values: std::ops::Range<u64>) -> Vec<PublishedSample> {
     values.map(sample).collect()
 }
 
@@ -35,15 +36,15 @@ fn read(reader: &mut RingReader) -> Vec<RawSample> {
 }
 
 fn values(read: &[RawSample]) -> Vec<u64> {
-    read.iter().map(|raw| raw.sample.value).collect()
+    read.iter().map(|raw| raw.sample.bits).collect()
 }
 
 #[test]
 fn samples_arrive_whole_and_in_order() {
     let (_memory, mut writer, mut reader) = ring();
     assert_eq!(read(&mut reader), []);
-    assert!(!writer.write(&samples(0..3), Moment(77)));
-    writer.write(&samples(3..4), Moment(78));
+    assert!(!writer.write(samples(0..3), Moment(77)));
+    writer.write(samples(3..4), Moment(78));
     let samples = read(&mut reader);
     assert_eq!(values(&samples), [0, 1, 2, 3]);
     assert_eq!(samples[3], RawSample { sample: sample(3), published: Moment(78) });
@@ -51,17 +52,64 @@ fn samples_arrive_whole_and_in_order() {
     assert_eq!(reader.dropped(), 0);
 }
 
+/// A text of so many bytes, none of them like its neighbour.
+fn text_sample(tag: u32, len: usize) -> PublishedSample {
+    let bytes: Vec<u8> = (0..len).map(|at| b'a' + ((at * 7 + len) % 26) as u8).collect();
+    let text = Some(Text::from_utf8_lossy(&bytes));
+    PublishedSample { tag, kind: BUSBAR_VALUE_KIND_TEXT, bits: 0, text, ..sample(len as u64) }
+}
+
+#[test]
+fn texts_of_every_length_arrive_whole_between_numbers() {
+    let (_memory, mut writer, mut reader) = ring();
+    let texts = || (0..=MAX_TEXT_BYTES).map(|len| text_sample(9, len));
+    let batch: Vec<_> = texts().flat_map(|text| [sample(text.tag.into()), text]).collect();
+    // More than a ring holds, so that texts pass its end.
+    for round in 0..200 {
+        assert!(!writer.write(batch.clone(), Moment(5)));
+        let found: Vec<_> = read(&mut reader).into_iter().map(|raw| raw.sample).collect();
+        assert!(found == batch, "round {round}");
+    }
+}
+
+#[test]
+fn texts_wait_for_all_their_slots_and_keep_their_place() {
+    let (_memory, mut writer, mut reader) = ring();
+    writer.write(samples(0..RING_SLOTS as u64 - 3), Moment(0));
+    let late = [text_sample(1, 200), text_sample(1, 3), sample(5)];
+    assert!(writer.write(late.clone(), Moment(1)), "eight slots find no room, nor what follows");
+    assert_eq!(read(&mut reader).len(), RING_SLOTS - 3);
+    assert!(!writer.flush());
+    let found: Vec<_> = read(&mut reader).into_iter().map(|raw| raw.sample).collect();
+    assert_eq!(found, late);
+}
+
+#[test]
+fn a_text_that_its_writer_broke_is_none() {
+    let (memory, mut writer, mut reader) = ring();
+    let slot = |number: usize| ((HEADER_WORDS + number * WORDS) * 8) as u64;
+    for len in [MAX_TEXT_BYTES as u64 + 1, 100, u64::MAX] {
+        let before = writer.written as usize;
+        writer.write([text_sample(1, 40)], Moment(0));
+        memory.write_all_at(&len.to_ne_bytes(), slot(before) + 8).unwrap();
+        let found = read(&mut reader);
+        assert_eq!(found[0].sample.text, None, "{len}");
+        writer.write([text_sample(2, 40)], Moment(0));
+        assert_eq!(read(&mut reader)[0].sample, text_sample(2, 40), "what follows is read");
+    }
+}
+
 #[test]
 fn what_finds_no_room_comes_later_and_in_order() {
     let (_memory, mut writer, mut reader) = ring();
-    let size = RING_SAMPLES as u64;
-    assert!(!writer.write(&samples(0..size), Moment(0)));
-    assert!(writer.write(&samples(size..size + 5), Moment(0)));
+    let size = RING_SLOTS as u64;
+    assert!(!writer.write(samples(0..size), Moment(0)));
+    assert!(writer.write(samples(size..size + 5), Moment(0)));
     assert!(writer.flush(), "there is no room yet");
     assert!(values(&read(&mut reader)).into_iter().eq(0..size));
-    assert!(!writer.write(&samples(size + 5..size + 6), Moment(0)));
+    assert!(!writer.write(samples(size + 5..size + 6), Moment(0)));
     assert!(values(&read(&mut reader)).into_iter().eq(size..size + 6));
-    assert!(writer.write(&samples(0..size + 9), Moment(0)), "a batch longer than a ring");
+    assert!(writer.write(samples(0..size + 9), Moment(0)), "a batch longer than a ring");
     assert_eq!(values(&read(&mut reader)).len() as u64, size);
     assert!(!writer.flush());
     assert!(values(&read(&mut reader)).into_iter().eq(size..size + 9));
@@ -73,19 +121,19 @@ fn what_finds_no_room_comes_later_and_in_order() {
 #[test]
 fn no_tag_is_forgotten_when_nobody_reads() {
     let (_memory, mut writer, mut reader) = ring();
-    let of_tag = |tag, value| BusbarSample { tag, ..sample(value) };
-    let size = RING_SAMPLES as u64;
-    writer.write(&samples(0..size), Moment(0));
-    writer.write(&[of_tag(7, 700)], Moment(1));
+    let of_tag = |tag, value| PublishedSample { tag, ..sample(value) };
+    let size = RING_SLOTS as u64;
+    writer.write(samples(0..size), Moment(0));
+    writer.write([of_tag(7, 700)], Moment(1));
     for value in 0..3 * size {
-        writer.write(&[of_tag(8, value)], Moment(2));
+        writer.write([of_tag(8, value)], Moment(2));
     }
     assert!(writer.backlog.len() <= busbar_tags::MAX_QUEUED_SAMPLES);
     let mut last = std::collections::BTreeMap::new();
     loop {
         let is_waiting = writer.flush();
         let read = read(&mut reader);
-        last.extend(read.iter().map(|raw| (raw.sample.tag, raw.sample.value)));
+        last.extend(read.iter().map(|raw| (raw.sample.tag, raw.sample.bits)));
         if !is_waiting {
             break;
         }
@@ -107,12 +155,12 @@ fn memory_of_another_size_is_refused() {
 fn nothing_torn_is_read_under_a_flood() {
     let (_memory, mut writer, mut reader) = ring();
     let over = AtomicBool::new(false);
-    let of_one_tag = |value| BusbarSample { tag: 1, ..sample(value) };
+    let of_one_tag = |value| PublishedSample { tag: 1, ..sample(value) };
     std::thread::scope(|scope| {
         let writing = scope.spawn(|| {
             let mut next = 0;
             while !over.load(Ordering::Relaxed) {
-                writer.write(&(next..next + 4099).map(of_one_tag).collect::<Vec<_>>(), Moment(0));
+                writer.write((next..next + 4099).map(of_one_tag), Moment(0));
                 next += 4099;
             }
             (next, writer)
@@ -120,15 +168,15 @@ fn nothing_torn_is_read_under_a_flood() {
         let (mut last, mut count) = (None, 0);
         let mut look = |reader: &mut RingReader| {
             for raw in read(reader) {
-                assert_eq!(raw.sample, of_one_tag(raw.sample.value));
-                assert!(last < Some(raw.sample.value), "{last:?}, then {raw:?}");
-                last = Some(raw.sample.value);
+                assert_eq!(raw.sample, of_one_tag(raw.sample.bits));
+                assert!(last < Some(raw.sample.bits), "{last:?}, then {raw:?}");
+                last = Some(raw.sample.bits);
                 count += 1;
             }
             count
         };
         // Until some were overtaken, and then some; the rest comes through all the same.
-        let size = RING_SAMPLES as u64;
+        let size = RING_SLOTS as u64;
         while look(&mut reader) < 4 * size || reader.dropped() < size {}
         over.store(true, Ordering::Relaxed);
         let (total, mut writer) = writing.join().unwrap();
@@ -149,15 +197,15 @@ proptest! {
         garbage in any::<[u8; 64]>(),
     ) {
         let (memory, mut writer, mut reader) = ring();
-        writer.write(&samples(0..10), Moment(0));
+        writer.write(samples(0..10), Moment(0));
         for [taken, written, rejected] in headers {
             for (word, value) in [(READ, taken), (WRITTEN, written), (REJECTED, rejected)] {
                 memory.write_all_at(&value.to_ne_bytes(), word as u64 * 8).unwrap();
             }
             memory.write_all_at(&garbage, HEADER_WORDS as u64 * 8).unwrap();
             memory.write_all_at(&garbage, RING_BYTES - 64).unwrap();
-            prop_assert!(read(&mut reader).len() <= RING_SAMPLES);
-            writer.write(&samples(0..10), Moment(0));
+            prop_assert!(read(&mut reader).len() <= RING_SLOTS);
+            writer.write(samples(0..10), Moment(0));
             writer.flush();
             prop_assert_eq!(reader.rejected(), rejected);
             let _ = reader.dropped();
@@ -166,7 +214,7 @@ proptest! {
 }
 
 fn hostile_word() -> impl Strategy<Value = u64> {
-    let size = RING_SAMPLES as u64;
+    let size = RING_SLOTS as u64;
     prop_oneof![
         any::<u64>(),
         0..2 * size,

@@ -96,7 +96,7 @@ impl SampleFeed {
             if sample.value.is_some() {
                 first = first.or(Some(sample.received));
             }
-            backlog.push(*sample);
+            backlog.push(sample.clone());
         });
         (self.backlog, self.first_held) = (backlog, first);
     }
@@ -203,16 +203,17 @@ impl<S: SampleSink> SampleSink for PauseFilter<'_, S> {
         }
         let is_doubtful = sample.source_time.is_none() || sample.valid_from < self.pause_end;
         let doubt = if is_doubtful { Quality::Uncertain(Reason::Stale) } else { Quality::Good };
-        self.sink.take(&match sample.value {
-            Some(_) => sample.with_doubt(doubt),
-            None => Sample { quality: sample.quality.worst(doubt), ..*sample },
+        self.sink.take(&match &sample.value {
+            Some(_) => sample.clone().with_doubt(doubt),
+            None => Sample { quality: sample.quality.worst(doubt), ..sample.clone() },
         });
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use busbar_plugin_abi::{BUSBAR_NO_TIME, BusbarSample};
+    use busbar_plugin_abi::BUSBAR_NO_TIME;
+    use busbar_plugin_host::PublishedSample;
     use busbar_tags::TagHandle;
     use busbar_types::{Value, ValueKind};
 
@@ -235,21 +236,22 @@ mod tests {
         (RingWriter::new(&memory).unwrap(), feed)
     }
 
-    fn sample(tag: u32, value: f64) -> BusbarSample {
-        BusbarSample {
+    fn sample(tag: u32, value: f64) -> PublishedSample {
+        PublishedSample {
             tag,
             kind: 1,
             quality: 0,
             reason: 0,
             flags: 0,
-            value: value.to_bits(),
+            bits: value.to_bits(),
             source_time_unix_nanos: BUSBAR_NO_TIME,
+            text: None,
         }
     }
 
     fn drained(feed: &mut SampleFeed) -> Vec<Sample> {
         let mut samples = Vec::new();
-        feed.drain(&mut |sample: &Sample| samples.push(*sample));
+        feed.drain(&mut |sample: &Sample| samples.push(sample.clone()));
         samples
     }
 
@@ -257,8 +259,8 @@ mod tests {
     fn samples_keep_the_time_at_which_they_were_published() {
         let (mut ring, mut feed) = feed();
         let published = Moment::now().before(Duration::from_secs(1));
-        ring.write(&[sample(1, 4.5)], published);
-        ring.write(&[sample(1, 5.5)], Moment::now().after(Duration::from_secs(60)));
+        ring.write([sample(1, 4.5)], published);
+        ring.write([sample(1, 5.5)], Moment::now().after(Duration::from_secs(60)));
         let samples = drained(&mut feed);
         assert_eq!(samples[0].value, Some(Value::F64(4.5)));
         assert_eq!(samples[0].received, published);
@@ -271,8 +273,8 @@ mod tests {
         let pause_end = Moment::now().before(Duration::from_secs(2));
         ring.note_pause(pause_end);
         let soon = pause_end.after(Duration::from_millis(1));
-        ring.write(&[sample(1, 1.0)], soon);
-        ring.write(&[sample(1, 2.0)], pause_end.after(SETTLE_AFTER_PAUSE));
+        ring.write([sample(1, 1.0)], soon);
+        ring.write([sample(1, 2.0)], pause_end.after(SETTLE_AFTER_PAUSE));
         let told: Vec<_> = drained(&mut feed).iter().map(|s| (s.quality, s.doubt)).collect();
         let doubt = Quality::Uncertain(Reason::Stale);
         assert_eq!(told, [(doubt, doubt), (Quality::Good, Quality::Good)]);
@@ -287,22 +289,22 @@ mod tests {
         assert!(feed.simulator_check().is_some(), "the first time");
         feed.note_simulator_check(false);
         assert!(feed.simulator_check().is_none(), "nothing came, and it was looked just now");
-        let lost = BusbarSample { kind: 0, quality: 2, reason: 1, ..sample(1, 0.0) };
-        ring.write(&[lost], Moment::now());
+        let lost = PublishedSample { kind: 0, quality: 2, reason: 1, ..sample(1, 0.0) };
+        ring.write([lost], Moment::now());
         assert!(feed.simulator_check().is_none(), "no value came");
         assert_eq!(origins(&mut feed), [Origin::LIVE]);
-        ring.write(&[sample(1, 1.0)], Moment::now());
+        ring.write([sample(1, 1.0)], Moment::now());
         assert!(feed.simulator_check().is_some(), "before the first value is shown");
         feed.note_simulator_check(false);
         assert_eq!(origins(&mut feed), [Origin::LIVE]);
-        ring.write(&[sample(1, 2.0)], Moment::now());
+        ring.write([sample(1, 2.0)], Moment::now());
         assert!(feed.simulator_check().is_none());
         assert_eq!(origins(&mut feed), [Origin::LIVE]);
         feed.note_link(LinkState::Up, "connected again");
-        ring.write(&[sample(1, 3.0)], Moment::now());
+        ring.write([sample(1, 3.0)], Moment::now());
         assert!(feed.simulator_check().is_some_and(|check| check.first_sample.is_some()));
         feed.note_simulator_check(true);
-        ring.write(&[sample(1, 4.0)], Moment::now());
+        ring.write([sample(1, 4.0)], Moment::now());
         assert_eq!(origins(&mut feed), [Origin::SIMULATED; 2]);
         assert_eq!(feed.link().origin, Origin::SIMULATED);
         feed.attach(RingReader::new(&memory::zeroed("ring", RING_BYTES).unwrap()).unwrap());
@@ -313,9 +315,9 @@ mod tests {
     #[test]
     fn what_the_plugin_must_not_send_is_counted_and_dropped() {
         let (mut ring, mut feed) = feed();
-        let unknown_kind = BusbarSample { kind: 9, ..sample(1, 0.0) };
-        let unknown_reason = BusbarSample { reason: 99, quality: 1, ..sample(1, 0.0) };
-        ring.write(&[sample(0, 1.0), sample(7, 1.0), unknown_kind, unknown_reason], Moment(0));
+        let unknown_kind = PublishedSample { kind: 9, ..sample(1, 0.0) };
+        let unknown_reason = PublishedSample { reason: 99, quality: 1, ..sample(1, 0.0) };
+        ring.write([sample(0, 1.0), sample(7, 1.0), unknown_kind, unknown_reason], Moment(0));
         ring.reject(3);
         assert_eq!(drained(&mut feed), []);
         assert_eq!(feed.link().rejected, 7);
@@ -324,9 +326,9 @@ mod tests {
     #[test]
     fn a_lost_plugin_makes_its_tags_bad_after_its_last_values() {
         let (mut ring, mut feed) = feed();
-        ring.write(&[sample(1, 4.5)], Moment::now());
+        ring.write([sample(1, 4.5)], Moment::now());
         feed.lose("killed by SIGSEGV");
-        ring.write(&[sample(1, 6.5)], Moment::now());
+        ring.write([sample(1, 6.5)], Moment::now());
         let samples = drained(&mut feed);
         assert_eq!(samples.len(), 2);
         assert_eq!(samples[0].value, Some(Value::F64(4.5)));

@@ -84,7 +84,7 @@ impl DesiredState {
             return false;
         }
         for tag in tags {
-            match (self.tags.get_mut(&tag.tag), tag.value) {
+            match (self.tags.get_mut(&tag.tag), &tag.value) {
                 // What is said of quality alone leaves the value as old as it is.
                 (Some(known), None) => known.quality = tag.quality,
                 _ => drop(self.tags.insert(tag.tag.clone(), tag.clone())),

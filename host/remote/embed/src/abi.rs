@@ -7,7 +7,7 @@
 use std::ffi::{c_char, c_void};
 
 /// Version of this interface; a library of another version must not be used.
-pub const BUSBAR_VIEW_ABI: u32 = 4;
+pub const BUSBAR_VIEW_ABI: u32 = 5;
 
 /// Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
 pub const BUSBAR_VIEW_FLAG_PANELS: u32 = 1;
@@ -84,6 +84,9 @@ pub enum BusbarViewValueKind {
     DoublePoint = 3,
     /// No value: the update sets the quality alone.
     None = 4,
+    /// Text of at most 255 bytes, which is in `text`. A longer one, or one that is no UTF-8, is
+    /// shown as far as it goes, and is uncertain.
+    Text = 5,
 }
 
 /// State of an alarm by IEC 62682. Numbers are the letters of its states in ASCII.
@@ -256,7 +259,7 @@ macro_rules! from_number {
 
 from_number! {
     BusbarViewQuality { Good Uncertain Bad }
-    BusbarViewValueKind { F64 I64 Bool DoublePoint None }
+    BusbarViewValueKind { F64 I64 Bool DoublePoint None Text }
     BusbarViewAlarmState {
         None Normal Unacknowledged Acknowledged ReturnedUnacknowledged LatchedUnacknowledged
         LatchedAcknowledged Shelved SuppressedByDesign OutOfService
@@ -391,8 +394,10 @@ pub struct BusbarViewTag {
     pub source_unix_nanos: i64,
     /// Value of kind BUSBAR_VIEW_VALUE_KIND_F64.
     pub number: f64,
-    /// Value of the other kinds.
+    /// Value of the kinds I64, BOOL and DOUBLE_POINT.
     pub integer: i64,
+    /// Value of kind BUSBAR_VIEW_VALUE_KIND_TEXT, UTF-8; of no meaning for others.
+    pub text: *const c_char,
 }
 
 /// Callback for events. It must not close the view, and not unwind.

@@ -1,14 +1,14 @@
 //! C functions that command a viewer. Each returns its status at once; a refusal of the viewer
 //! arrives as an event. A command given while no viewer runs is executed when one is back.
 
-use std::ffi::c_char;
+use std::ffi::{CStr, c_char};
 
 use busbar_client::OutboxFull;
 use busbar_protocol::message::{
     AlarmRequest, CameraPose, Command, MAX_TAGS_A_MESSAGE, PointerEvent, TagUpdate,
 };
 use busbar_protocol::pictures::now;
-use busbar_types::{AlarmState, DoublePoint, QualityLevel, Value};
+use busbar_types::{AlarmState, DoublePoint, QualityLevel, Text, Value};
 
 use crate::abi::*;
 use crate::calls::{absolute, with};
@@ -168,7 +168,7 @@ pub unsafe extern "C" fn busbar_view_set_tags(
 }
 
 /// # Safety
-/// The tag's id is null or ends with a zero byte.
+/// The tag's id, and its text where it is one, are null or end with a zero byte.
 unsafe fn update(tag: &BusbarViewTag, sent_at: u64) -> Option<TagUpdate> {
     // SAFETY: the caller's.
     let id = unsafe { from_c(tag.id) }?;
@@ -178,6 +178,12 @@ unsafe fn update(tag: &BusbarViewTag, sent_at: u64) -> Option<TagUpdate> {
         BusbarViewValueKind::Bool => Some(Value::Bool(tag.integer != 0)),
         BusbarViewValueKind::DoublePoint => Some(Value::DoublePoint(position(tag.integer)?)),
         BusbarViewValueKind::None => None,
+        BusbarViewValueKind::Text if tag.text.is_null() => return None,
+        BusbarViewValueKind::Text => {
+            // SAFETY: not null; the caller's.
+            let bytes = unsafe { CStr::from_ptr(tag.text) }.to_bytes();
+            Some(Value::Text(Text::from_utf8_lossy(bytes)))
+        }
     };
     let quality = match BusbarViewQuality::from_number(tag.quality)? {
         BusbarViewQuality::Good => QualityLevel::Good,

@@ -341,7 +341,52 @@ fn tag() -> BusbarViewTag {
         source_unix_nanos: BUSBAR_VIEW_NO_TIME,
         number: 1.0,
         integer: 0,
+        text: std::ptr::null(),
     }
+}
+
+#[test]
+fn texts_of_the_program_raise_alarms_and_are_marked_where_they_are_cut() {
+    let mut scene = scene();
+    scene.config["tags"]["Mode"] =
+        serde_json::json!({ "type": "text", "set_by_host": true, "freshness_seconds": 600 });
+    scene.config["alarms"]["By hand"] = serde_json::json!({
+        "tag": "Mode", "condition": { "equals": "MANUAL" }, "message": "The bay is run by hand",
+    });
+    let mut host = Host::open(&scene);
+    let set = |host: &mut Host, text: &CStr| {
+        let (kind, text) = (BusbarViewValueKind::Text as u32, text.as_ptr());
+        let update = BusbarViewTag { id: c"Mode".as_ptr(), kind, text, ..tag() };
+        // SAFETY: one tag, whose texts live for the call.
+        host.call(|view| unsafe { busbar_view_set_tags(view, &raw const update, 1) })
+    };
+    let quality = |wanted| {
+        move |e: &Happened| {
+            e.kind == BusbarViewEventKind::Quality && e.id == "Mode" && e.quality == wanted
+        }
+    };
+    let alarm = |wanted| {
+        move |e: &Happened| {
+            e.kind == BusbarViewEventKind::Alarm && e.id == "By hand" && e.alarm_state == wanted
+        }
+    };
+    assert_eq!(set(&mut host, c"MANUAL"), BusbarStatus::Ok);
+    host.wait("good text", quality(BusbarViewQuality::Good));
+    host.wait("alarm of the text", alarm(BusbarViewAlarmState::Unacknowledged));
+    assert_eq!(set(&mut host, c"AUTO"), BusbarStatus::Ok);
+    host.wait("end of the alarm", alarm(BusbarViewAlarmState::ReturnedUnacknowledged));
+    let long = CString::new("x".repeat(300)).unwrap();
+    for partial in [long.as_c_str(), c"AUT\xff"] {
+        assert_eq!(set(&mut host, partial), BusbarStatus::Ok);
+        host.wait("text of which a part is taken", quality(BusbarViewQuality::Uncertain));
+        assert_eq!(set(&mut host, c"AUTO"), BusbarStatus::Ok);
+        host.wait("whole text", quality(BusbarViewQuality::Good));
+    }
+    let without =
+        BusbarViewTag { id: c"Mode".as_ptr(), kind: BusbarViewValueKind::Text as u32, ..tag() };
+    // SAFETY: as above.
+    let status = host.call(|view| unsafe { busbar_view_set_tags(view, &raw const without, 1) });
+    assert_eq!(status, BusbarStatus::Invalid);
 }
 
 #[test]

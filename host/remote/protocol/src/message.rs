@@ -7,7 +7,7 @@ use busbar_types::{AlarmState, Origin, QualityLevel, Value};
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages.
-pub const PROTOCOL_VERSION: u32 = 8;
+pub const PROTOCOL_VERSION: u32 = 9;
 /// The longest message, either way.
 pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 /// The longest id, name or path in a message, bytes.

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use busbar_types::{DoublePoint, Text};
 use serde_json::Value;
 
 use crate::item_names::{check_name_key, check_reference, item_pointer, named};
@@ -209,8 +210,13 @@ fn check_condition(
         let wanted = match value_type {
             "bool" if !condition[kind].is_boolean() => "write true or false",
             "i64" if !condition[kind].is_i64() => "write a whole number",
-            "double_point" if !condition[kind].is_string() => {
+            "double_point"
+                if condition[kind].as_str().and_then(DoublePoint::from_name).is_none() =>
+            {
                 "write \"intermediate\", \"off\", \"on\" or \"bad_state\""
+            }
+            "text" if condition[kind].as_str().is_none_or(|text| Text::new(text).is_none()) => {
+                "write a text of at most 255 bytes, without control characters"
             }
             "f64" => "write a limit: a measurement hardly equals anything",
             _ => return,

@@ -2,10 +2,9 @@
 
 use std::time::Duration;
 
-use busbar_types::{DoublePoint, Limit, Priority};
+use busbar_types::{DoublePoint, Limit, MAX_TEXT_BYTES, Priority, Text, Value, ValueKind};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::Error;
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use crate::alarm_sources::{AlarmSourceConfig, RawAlarmSource};
 use crate::limits::*;
@@ -95,10 +94,11 @@ pub(crate) struct RawCondition {
     /// Deadband before a number counts as back within its limit, in the tag's unit.
     #[schemars(range(min = 0.0), extend("examples" = [2]))]
     deadband: f64,
-    /// A state: true or false, a whole number, or `intermediate`, `off`, `on`, `bad_state`.
+    /// A value of the tag: true or false, a whole number, a position (`intermediate`, `off`, `on`,
+    /// `bad_state`), or a text.
     #[schemars(with = "RawState")]
     equals: Option<RawState>,
-    /// Any state but this one.
+    /// Any value but this one.
     #[schemars(with = "RawState")]
     differs: Option<RawState>,
     /// Bad quality of the tag, by its source or by staleness.
@@ -158,14 +158,8 @@ pub(crate) struct RawSuppression {
 pub(crate) enum RawState {
     Bool(bool),
     Integer(i64),
-    #[serde(deserialize_with = "position")]
-    DoublePoint(DoublePoint),
-}
-
-/// Reads the word of a switch position.
-fn position<'de, D: Deserializer<'de>>(from: D) -> Result<DoublePoint, D::Error> {
-    let word = String::deserialize(from)?;
-    DoublePoint::from_name(&word).ok_or_else(|| D::Error::custom("no position of a switch"))
+    /// Position of a switch, or a text, by the type of the tag.
+    Word(String),
 }
 
 /// Settings of all alarms.
@@ -200,19 +194,8 @@ pub(crate) struct RawAlarmHandling {
     max_shelving_seconds: f64,
 }
 
-/// A state of a tag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StateConfig {
-    /// State of a tag of type bool.
-    Bool(bool),
-    /// State of a tag of type i64.
-    Integer(i64),
-    /// State of a tag of type double_point.
-    DoublePoint(DoublePoint),
-}
-
 /// Condition on a tag's value that fits the tag's type.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ConditionConfig {
     /// A number beyond a limit.
     Limit {
@@ -223,10 +206,10 @@ pub enum ConditionConfig {
         /// Deadband before the condition clears; not negative.
         deadband: f64,
     },
-    /// State equal to this one.
-    Equals(StateConfig),
-    /// State different from this one.
-    Differs(StateConfig),
+    /// State, count or text equal to this one.
+    Equals(Value),
+    /// State, count or text different from this one.
+    Differs(Value),
     /// Bad quality of the tag.
     BadQuality,
 }
@@ -325,8 +308,8 @@ impl JsonSchema for RawState {
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
             "type": ["boolean", "integer", "string"],
-            "pattern": "^(intermediate|off|on|bad_state)$",
-            "examples": [true, 3, "off"]
+            "maxLength": MAX_TEXT_BYTES,
+            "examples": [true, 3, "off", "MANUAL"]
         })
     }
 }
@@ -360,9 +343,14 @@ impl RawAlarmHandling {
 }
 
 impl RawAlarm {
-    pub(crate) fn resolve(self, pointer: String) -> AlarmConfig {
+    /// Resolves the alarm; `kind` is the type of a tag.
+    pub(crate) fn resolve(
+        self,
+        pointer: String,
+        kind: impl Fn(&str) -> Option<ValueKind>,
+    ) -> AlarmConfig {
         AlarmConfig {
-            origin: self.origin(),
+            origin: self.origin(kind),
             equipment: match self.verdict {
                 Some(verdict) => verdict.equipment,
                 None => self.equipment,
@@ -378,10 +366,10 @@ impl RawAlarm {
     }
 
     /// The rules ensure that there are tag and condition, or a verdict, unless it is mirrored.
-    fn origin(&self) -> AlarmOriginConfig {
+    fn origin(&self, kind: impl Fn(&str) -> Option<ValueKind>) -> AlarmOriginConfig {
         let suppressed_by = self.suppressed_by.as_ref().map(|by| TagConditionConfig {
             tag: by.tag.clone(),
-            condition: by.condition.resolve(),
+            condition: by.condition.resolve(kind(&by.tag)),
         });
         if let (false, Some(verdict)) = (self.mirrored, &self.verdict) {
             return AlarmOriginConfig::Verdict {
@@ -396,7 +384,8 @@ impl RawAlarm {
         else {
             return AlarmOriginConfig::Mirrored;
         };
-        let trigger = TagConditionConfig { tag: tag.clone(), condition: condition.resolve() };
+        let condition = condition.resolve(kind(tag));
+        let trigger = TagConditionConfig { tag: tag.clone(), condition };
         let usual = match trigger.condition {
             ConditionConfig::BadQuality => QUALITY_DELAY_SECONDS,
             _ => 0.0,
@@ -412,7 +401,7 @@ impl RawAlarm {
 
 impl RawCondition {
     /// The rules ensure that it is of one kind.
-    fn resolve(&self) -> ConditionConfig {
+    fn resolve(&self, kind: Option<ValueKind>) -> ConditionConfig {
         let limits = [
             (Limit::HighHigh, self.high_high),
             (Limit::High, self.high),
@@ -424,19 +413,27 @@ impl RawCondition {
             (Some((limit, at)), ..) => {
                 ConditionConfig::Limit { limit, at, deadband: self.deadband }
             }
-            (None, Some(state), _) => ConditionConfig::Equals(state.resolve()),
-            (None, None, Some(state)) => ConditionConfig::Differs(state.resolve()),
+            (None, Some(state), _) => ConditionConfig::Equals(state.resolve(kind)),
+            (None, None, Some(state)) => ConditionConfig::Differs(state.resolve(kind)),
             (None, None, None) => ConditionConfig::BadQuality,
         }
     }
 }
 
 impl RawState {
-    fn resolve(&self) -> StateConfig {
+    /// The rules ensure that a word is one of the tag's type.
+    fn resolve(&self, kind: Option<ValueKind>) -> Value {
+        let position = |word: &str| match kind {
+            Some(ValueKind::Text) => None,
+            _ => DoublePoint::from_name(word),
+        };
         match self {
-            Self::Bool(state) => StateConfig::Bool(*state),
-            Self::Integer(state) => StateConfig::Integer(*state),
-            Self::DoublePoint(state) => StateConfig::DoublePoint(*state),
+            Self::Bool(state) => Value::Bool(*state),
+            Self::Integer(state) => Value::I64(*state),
+            Self::Word(word) => match position(word) {
+                Some(position) => Value::DoublePoint(position),
+                None => Value::Text(Text::cut(word)),
+            },
         }
     }
 }

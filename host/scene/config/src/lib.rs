@@ -47,8 +47,8 @@ mod world_transform;
 
 pub use alarm_sources::AlarmSourceConfig;
 pub use alarms::{
-    AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, StateConfig,
-    TagConditionConfig, VerdictSeverityConfig,
+    AlarmConfig, AlarmHandlingConfig, AlarmOriginConfig, ConditionConfig, TagConditionConfig,
+    VerdictSeverityConfig,
 };
 pub use band::Band;
 pub use changes::{Change, ChangeKind, Changes, Fingerprints, Section};

@@ -1,7 +1,8 @@
 //! Valid raw values to the configuration that is used.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
+use busbar_types::ValueKind;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_path_to_error::Segment;
@@ -45,6 +46,9 @@ pub(crate) fn deserialize<T: DeserializeOwned>(value: Value) -> Result<T, TypeMi
 
 /// Turns a checked raw configuration into the one that is used.
 pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagnostic>) -> Config {
+    let kinds: HashMap<String, ValueKind> =
+        raw.tags.iter().map(|(id, tag)| (id.clone(), tag.value_type)).collect();
+    let kind = |tag: &str| kinds.get(tag).copied();
     Config {
         plugin_directories: indexed(
             raw.plugin_directories,
@@ -79,7 +83,7 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
             role: raw.role,
             pointer,
         }),
-        alarms: named(raw.alarms, "/alarms", |_, raw, pointer| raw.resolve(pointer)),
+        alarms: named(raw.alarms, "/alarms", |_, raw, pointer| raw.resolve(pointer, kind)),
         alarm_handling: raw.alarm_handling.resolve(raw.alarm_sources),
         notifications: indexed(raw.notifications, "/notifications", |raw, pointer| {
             NotificationConfig { plugin: raw.instance, pointer }

@@ -108,6 +108,19 @@ impl<'d> Rules<'d, '_, '_> {
             }
             _ => {}
         }
+        let is_text = tag["type"] == "text";
+        let has_unit = tag["unit"].as_str().is_some_and(|unit| !unit.is_empty());
+        let has_deadband = tag["deadband"].as_f64().is_some_and(|deadband| deadband > 0.0);
+        for (key, _) in [("unit", has_unit), ("deadband", has_deadband)]
+            .iter()
+            .filter(|(_, has)| is_text && *has)
+        {
+            self.report.error(
+                &join_pointer(pointer, key),
+                format!("a tag of type 'text' has no {key}"),
+                format!("remove \"{key}\", or make the type \"f64\" or \"i64\""),
+            );
+        }
         if tag["scale"].is_object() && tag["type"] != "f64" {
             self.report.error(
                 &join_pointer(pointer, "scale"),
@@ -119,7 +132,7 @@ impl<'d> Rules<'d, '_, '_> {
 
     fn check_band(&mut self, tag: &Value, band: &str, tag_pointer: &str) {
         let pointer = join_pointer(tag_pointer, band);
-        if let Some(value_type @ ("bool" | "double_point")) = tag["type"].as_str() {
+        if let Some(value_type @ ("bool" | "double_point" | "text")) = tag["type"].as_str() {
             self.report.error(
                 &pointer,
                 format!("a tag of type '{value_type}' has no {band}"),

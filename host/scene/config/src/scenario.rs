@@ -221,6 +221,7 @@ fn check_value(
         }
         ValueKind::Bool => 1.0,
         ValueKind::DoublePoint => 3.0,
+        ValueKind::Text => f64::from(u32::MAX),
     };
     if !(0.0..=most).contains(&value) || value.fract() != 0.0 {
         let cause = format!("the tag is never {value}");
@@ -229,8 +230,8 @@ fn check_value(
     if over.is_some_and(|over| over > 0.0) {
         report.error(
             &at("over_seconds"),
-            "a state has no way to another",
-            "remove it: states jump",
+            "a state or a text has no way to another",
+            "remove it: they jump",
         );
     }
 }

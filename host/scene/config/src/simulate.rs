@@ -25,6 +25,8 @@ const COUNTER_PERIOD_SECONDS: f64 = 1.0;
 const LAST_COUNT: f64 = 9999.0;
 /// Double-point value of a closed switch (IEC 60870-5-101, 7.2.6.2).
 const CLOSED: f64 = 2.0;
+/// Changes of a text before it begins anew.
+const LAST_TEXT: f64 = 3.0;
 
 /// Movement of the value where its device is simulated; what is missing follows from type, range
 /// and limits.
@@ -79,6 +81,7 @@ impl RawSimulate {
             ValueKind::I64 => number(SignalShape::Walk, range, limits),
             ValueKind::Bool => usual(SignalShape::Steps, 0.0, 0.0, STATE_PERIOD_SECONDS),
             ValueKind::DoublePoint => usual(SignalShape::Steps, CLOSED, 0.0, STATE_PERIOD_SECONDS),
+            ValueKind::Text => usual(SignalShape::Counter, 1.0, LAST_TEXT, STATE_PERIOD_SECONDS),
         };
         SimulateConfig {
             shape: self.shape.unwrap_or(usual.shape),

@@ -5,10 +5,10 @@ use std::time::Duration;
 use busbar_config::{
     AlarmOriginConfig, Band, Changes, ConditionConfig, Config, EndConfig, FORMER_NAMES,
     FreshnessBasis, Isolation, LogConfig, LogFormatConfig, MetricsConfig, QualityConfig,
-    RenamedSettings, Section, Severity, StateConfig, TagConditionConfig, ThemeConfig, ThetaConfig,
+    RenamedSettings, Section, Severity, TagConditionConfig, ThemeConfig, ThetaConfig,
     ThetaLevelConfig, VerdictSeverityConfig, parse, schema, upgrade,
 };
-use busbar_types::{DoublePoint, Limit, Priority, ValueKind};
+use busbar_types::{DoublePoint, Limit, Priority, Value, ValueKind};
 use serde_json::json;
 
 const EXAMPLE: &str = include_str!("data/example.json");
@@ -97,7 +97,7 @@ fn alarms_are_of_tags_or_of_the_host() {
     else {
         panic!("it is of a tag and can be suppressed")
     };
-    let closed = StateConfig::DoublePoint(DoublePoint::On);
+    let closed = Value::DoublePoint(DoublePoint::On);
     assert_eq!(by.condition, ConditionConfig::Differs(closed));
     let delay = |name: &str| match &config.alarms[name].origin {
         AlarmOriginConfig::Tag { on_delay_seconds, .. } => Some(*on_delay_seconds),
@@ -120,7 +120,7 @@ fn alarms_follow_verdicts_of_overlays() {
     let config = parse(&text).unwrap_or_else(|faults| panic!("{faults:#?}"));
     let judged = &config.alarms["Judged"];
     assert_eq!(judged.equipment.as_deref(), Some("=S12D1T1-TA1"));
-    let off = ConditionConfig::Equals(StateConfig::DoublePoint(DoublePoint::Off));
+    let off = ConditionConfig::Equals(Value::DoublePoint(DoublePoint::Off));
     let expected = AlarmOriginConfig::Verdict {
         overlay: "labels".into(),
         severity: VerdictSeverityConfig::Alarm,

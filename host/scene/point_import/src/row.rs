@@ -156,7 +156,7 @@ impl<'r> Row<'r> {
         let name = self.cell(low).or_else(|| self.cell(high)).map_or("", |(name, _)| name);
         match band {
             // What lists fill in for states: 0 to 1, 0 to 3.
-            _ if value_type.is_some_and(ValueKind::is_state) => [None, None],
+            _ if value_type.is_some_and(|kind| !kind.is_quantity()) => [None, None],
             [Some(a), Some(b)] if a >= b => {
                 let cause = format!("low, {a}, is not less than high, {b}");
                 self.fault(name, cause, "make low less than high, or leave one empty");

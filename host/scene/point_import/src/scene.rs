@@ -117,7 +117,7 @@ fn name_of(point: &Point) -> TagName<'_> {
         description: &point.description,
         unit: &point.unit,
         is_position: point.value_type == ValueKind::DoublePoint,
-        is_state: point.value_type.is_state(),
+        is_state: !point.value_type.is_quantity(),
     }
 }
 
@@ -174,7 +174,7 @@ fn tag(point: &Point) -> Value {
     if !point.description.is_empty() {
         tag["name"] = json!(point.description);
     }
-    if !point.unit.is_empty() {
+    if !point.unit.is_empty() && point.value_type != ValueKind::Text {
         tag["unit"] = json!(point.unit);
     }
     for (key, [low, high]) in [("range", point.range), ("limits", point.limits)] {

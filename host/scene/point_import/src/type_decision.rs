@@ -28,6 +28,7 @@ pub(crate) fn decide(text: Option<&str>, evidence: &Evidence) -> Result<ValueKin
     let is_iec60870 = evidence.family == Some(AddressFamily::Iec60870);
     match meaning_of(text, is_iec60870) {
         TypeMeaning::Kind(kind) if kind.is_state() => check_state(text, kind, evidence),
+        TypeMeaning::Kind(ValueKind::Text) => check_text(text, evidence),
         TypeMeaning::Kind(kind) => check_number(text, kind, evidence),
         TypeMeaning::Integer => {
             let mut sources = evidence.number.iter().map(|clue| clue.source);
@@ -39,18 +40,18 @@ pub(crate) fn decide(text: Option<&str>, evidence: &Evidence) -> Result<ValueKin
         TypeMeaning::NumberOrPoint(point) => decide_between(text, point, evidence, number, state),
         TypeMeaning::Unclear(readings) => Err(TypeFault {
             cause: format!("'{text}' may mean {readings}"),
-            remedy: "write f64, i64, bool or double_point".into(),
+            remedy: "write f64, i64, bool, double_point or text".into(),
         }),
         TypeMeaning::NoValue(what) => Err(TypeFault {
             cause: format!("'{text}' is {what}: no tag has such values"),
-            remedy: "leave the row out, or give the type of a value that is f64, i64, bool or \
-                     double_point"
+            remedy: "leave the row out, or give the type of a value that is f64, i64, bool, \
+                     double_point or text"
                 .into(),
         }),
         TypeMeaning::Unknown => Err(TypeFault {
             cause: format!("'{text}' is no type that is known"),
-            remedy: "write f64 (or float, analog, AI), i64 (int), bool (single point, DI) or \
-                     double_point (DP); commands are not for a viewer"
+            remedy: "write f64 (or float, analog, AI), i64 (int), bool (single point, DI), \
+                     double_point (DP) or text (string); commands are not for a viewer"
                 .into(),
         }),
     }
@@ -94,6 +95,28 @@ fn check_state(text: &str, kind: ValueKind, evidence: &Evidence) -> Result<Value
             remedy: "correct one of them".into(),
         }),
         _ => Ok(kind),
+    }
+}
+
+/// A type of texts, which have neither unit nor scale, and whose address is of no number.
+fn check_text(text: &str, evidence: &Evidence) -> Result<ValueKind, TypeFault> {
+    // Ranges are filled in for all tags alike; a scale has its own fault.
+    let is_told = |clue: &&Clue| !matches!(clue.source, ClueSource::Scale | ClueSource::Band);
+    let number = evidence.number.iter().find(is_told);
+    let state = evidence.state.iter().find(|clue| clue.kind.is_some());
+    if evidence.family == Some(AddressFamily::Iec60870) {
+        return Err(TypeFault {
+            cause: format!("'{text}' is a type of texts, and IEC 60870-5 carries none"),
+            remedy: "leave the row out, or correct its type".into(),
+        });
+    }
+    match number.map(|clue| (clue, "a number")).or(state.map(|clue| (clue, "states"))) {
+        None => Ok(ValueKind::Text),
+        Some((clue, other)) => Err(TypeFault {
+            cause: format!("'{text}' is a type of texts, but {} is of {other}", clue.what),
+            remedy: "correct the type (f64 for a measured value, bool for a state), or the other"
+                .into(),
+        }),
     }
 }
 

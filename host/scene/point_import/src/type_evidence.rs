@@ -173,6 +173,8 @@ impl Evidence {
             Some(TypeMeaning::Kind(kind)) if kind.is_state() => {
                 self.state.push(clue(ClueSource::Address, what(), Some(kind)));
             }
+            // A text says neither of a number nor of a state.
+            Some(TypeMeaning::Kind(ValueKind::Text)) => {}
             Some(TypeMeaning::Kind(kind)) => {
                 self.number.push(clue(ClueSource::Address, what(), Some(kind)))
             }

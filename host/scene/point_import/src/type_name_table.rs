@@ -2,10 +2,11 @@
 
 use crate::type_names::TypeMeaning;
 use crate::type_names::TypeMeaning::{Integer, Kind, NoValue, NumberOrPoint, Unclear};
-use busbar_types::ValueKind::{Bool, DoublePoint, F64};
+use busbar_types::ValueKind::{Bool, DoublePoint, F64, Text};
 
 pub(crate) const COMMAND: TypeMeaning = NoValue("a command, which is not for a viewer");
-pub(crate) const TEXT: TypeMeaning = NoValue("a text");
+pub(crate) const TEXT: TypeMeaning = Kind(Text);
+pub(crate) const BINARY: TypeMeaning = NoValue("a row of bytes");
 pub(crate) const TIME: TypeMeaning = NoValue("a time");
 pub(crate) const STRUCTURE: TypeMeaning = NoValue("an array or a structure");
 
@@ -62,9 +63,10 @@ pub(crate) const NAMES: &[(TypeMeaning, &[&str])] = &[
         "doppelbefehl", "sollwert", "ту", "遥控", "遥调",
     ]),
     (TEXT, &[
-        "message", "io message", "memory message", "tx", "xml", "guid", "uuid", "node id",
-        "localized text", "qualified name", "objref", "blob", "字符串", "строка",
+        "message", "io message", "memory message", "tx", "vss", "localized text",
+        "qualified name", "uuid", "字符串", "строка",
     ]),
+    (BINARY, &["xml", "guid", "node id", "objref", "blob"]),
     (TIME, &[
         "date", "time", "ltime", "tod", "ltod", "dt", "ldt", "dtl", "date time", "date and time",
         "time of day", "timestamp", "time stamp", "utc time", "entry time", "s5time", "日期",

@@ -11,8 +11,8 @@ use std::sync::OnceLock;
 use busbar_types::ValueKind;
 
 use crate::type_name_table::{
-    COMMAND, FLOATS, INTEGERS, NAME_SPACES, NAMES, STATES, STATUS_WORDS, STORAGE, STRUCTURE, TEXT,
-    TEXTS, TIME, WIDTHS,
+    BINARY, COMMAND, FLOATS, INTEGERS, NAME_SPACES, NAMES, STATES, STATUS_WORDS, STORAGE,
+    STRUCTURE, TEXT, TEXTS, TIME, WIDTHS,
 };
 
 /// Limit of a type name, bytes.
@@ -188,7 +188,8 @@ fn opcua_type(text: &str) -> Option<TypeMeaning> {
         1_u32 => Some(Kind(ValueKind::Bool)),
         2..=9 | 27..=29 => Some(Integer),
         10 | 11 | 26 | 50 | 290 => Some(Kind(ValueKind::F64)),
-        12 | 14..=16 | 21 => Some(TEXT),
+        12 | 20 | 21 => Some(TEXT),
+        14..=16 => Some(BINARY),
         13 | 294 => Some(TIME),
         _ => Some(NoValue("a structure")),
     }

@@ -268,6 +268,8 @@ fn names_with_two_readings_and_without_values_are_told_apart() {
             "VisString255",
             "VT_BSTR",
             "i=12",
+            "i=21",
+            "LocalizedText",
             "Text tag, 8-bit character set",
         ],
         TEXT,

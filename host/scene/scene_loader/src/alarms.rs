@@ -8,13 +8,12 @@ use busbar_alarms::{
     AlarmSet, AlarmSource, AlarmSpec, AlarmTemplate, Condition, TagCondition, VerdictCondition,
 };
 use busbar_config::{
-    AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, StateConfig, TagConditionConfig,
+    AlarmConfig, AlarmOriginConfig, ConditionConfig, Config, TagConditionConfig,
     VerdictSeverityConfig, join_pointer,
 };
 use busbar_scene::{NodeIndex, SceneGraph};
 use busbar_tags::{TagHandle, TagSet};
 use busbar_types::Severity;
-use busbar_types::Value;
 
 use crate::bindings;
 use crate::diagnostics::DiagnosticsCollector;
@@ -142,18 +141,10 @@ fn spec(id: &str, alarm: &AlarmConfig, handles: &HashMap<&str, TagHandle>) -> Al
 }
 
 fn condition(condition: &ConditionConfig) -> Condition {
-    match *condition {
-        ConditionConfig::Limit { limit, at, deadband } => Condition::Limit { limit, at, deadband },
-        ConditionConfig::Equals(state) => Condition::Equals(value(state)),
-        ConditionConfig::Differs(state) => Condition::Differs(value(state)),
+    match condition {
+        &ConditionConfig::Limit { limit, at, deadband } => Condition::Limit { limit, at, deadband },
+        ConditionConfig::Equals(value) => Condition::Equals(value.clone()),
+        ConditionConfig::Differs(value) => Condition::Differs(value.clone()),
         ConditionConfig::BadQuality => Condition::BadQuality,
-    }
-}
-
-fn value(state: StateConfig) -> Value {
-    match state {
-        StateConfig::Bool(state) => Value::Bool(state),
-        StateConfig::Integer(state) => Value::I64(state),
-        StateConfig::DoublePoint(state) => Value::DoublePoint(state),
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use busbar_tags::{TagHandle, TagSet};
 
-use crate::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY, TagCondition};
+use crate::{AlarmHandle, AlarmSource, AlarmSpec, MAX_ALARMS, MAX_DELAY};
 
 /// Validated alarms: their tags exist and have the types that their conditions need.
 #[derive(Debug, Default)]
@@ -80,7 +80,7 @@ impl AlarmSet {
             let suppressed_by = spec.source.suppressed_by();
             let watches = [trigger.map(|by| (by, false)), suppressed_by.map(|by| (by, true))];
             for (watch, suppresses) in watches.into_iter().flatten() {
-                let TagCondition { tag, condition } = *watch;
+                let (tag, condition) = (watch.tag, &watch.condition);
                 match tags.spec(tag).map(|spec| condition.fault(spec.kind)) {
                     None => faults.push(fault(format!("there is no tag {}", tag.0), "add it")),
                     Some(Some((cause, remedy))) => faults.push(fault(cause, remedy)),

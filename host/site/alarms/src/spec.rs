@@ -18,7 +18,7 @@ pub const MAX_DELAY: Duration = Duration::from_secs(86_400);
 pub struct AlarmHandle(pub u32);
 
 /// A condition of a tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TagCondition {
     /// Handle of the tag.
     pub tag: TagHandle,

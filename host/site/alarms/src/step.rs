@@ -29,7 +29,7 @@ struct Finding {
 }
 
 /// Alarm that uses a tag, with the current state of the tag.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct AlarmInput {
     user: User,
     state: TagState,
@@ -58,7 +58,8 @@ impl AlarmTable {
             // What is delayed, or holds already, is judged by the step.
             let is_news = on_delay.is_zero() && !cell.holds && cell.pulse.is_none();
             if is_news
-                && trigger.condition.evaluate(change.value, change.quality, false) == Some(true)
+                && trigger.condition.evaluate(change.value.as_ref(), change.quality, false)
+                    == Some(true)
             {
                 cell.pulse = Some(Cause::from_change(change));
                 pulses.push(user.alarm);
@@ -82,7 +83,7 @@ impl AlarmTable {
         self.suppress(&inputs, true, each);
         self.take_pulses(each);
         for input in inputs.iter().filter(|input| !input.user.suppresses) {
-            self.evaluate(*input, each);
+            self.evaluate(input, each);
         }
         self.take_verdicts(each);
         self.end_delays(each);
@@ -112,8 +113,7 @@ impl AlarmTable {
         for AlarmInput { user, state } in inputs.iter().filter(|input| input.user.suppresses) {
             let Some(by) = self.spec(user.alarm).source.suppressed_by() else { continue };
             let is_suppressed = self.cells[user.alarm.0 as usize].standing.is_suppressed;
-            let TagCondition { condition, .. } = *by;
-            let verdict = condition.evaluate(state.value, state.quality, is_suppressed);
+            let verdict = by.condition.evaluate(state.value.as_ref(), state.quality, is_suppressed);
             if verdict != Some(begins) || begins == is_suppressed {
                 continue;
             }
@@ -154,21 +154,21 @@ impl AlarmTable {
     }
 
     /// Evaluates a condition by the current state of its tag.
-    fn evaluate(
-        &mut self,
-        AlarmInput { user: User { alarm, .. }, state }: AlarmInput,
-        each: RecordReceiver<'_>,
-    ) {
+    fn evaluate(&mut self, input: &AlarmInput, each: RecordReceiver<'_>) {
+        let AlarmInput { user: User { alarm, .. }, state } = input;
+        let alarm = *alarm;
         let AlarmSource::Tag { trigger: TagCondition { condition, .. }, .. } =
-            self.spec(alarm).source
+            &self.spec(alarm).source
         else {
             return;
         };
-        let TagState { value, source_time, origin, .. } = state;
-        let holds = condition.evaluate(value, state.quality, self.cells[alarm.0 as usize].holds);
+        let &TagState { source_time, origin, quality, .. } = state;
+        let value = state.value.clone();
+        let held = self.cells[alarm.0 as usize].holds;
+        let holds = condition.evaluate(value.as_ref(), quality, held);
         let finding = Finding {
             holds,
-            is_certain: state.quality.is_good() || condition == Condition::BadQuality,
+            is_certain: quality.is_good() || *condition == Condition::BadQuality,
             cause: Cause { value, source_time, origin, ..Cause::default() },
             keeps_on_delay: false,
         };

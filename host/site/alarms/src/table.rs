@@ -89,7 +89,7 @@ pub(crate) struct Cause {
 }
 
 /// An alarm at the instant of the last step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AlarmStatus {
     /// Flags from which the state follows.
     pub standing: AlarmFlags,
@@ -289,7 +289,7 @@ impl AlarmTable {
             chatters: cell.chatter.chatters(self.now),
             is_first_out: cell.is_first_out,
             shelf_left: cell.shelf_ends.map(|ends| ends.since(self.now)),
-            value: cell.cause.value,
+            value: cell.cause.value.clone(),
             origin: cell.cause.origin,
             is_assumed: cell.cause.is_assumed,
         })
@@ -493,8 +493,8 @@ impl Cell {
 
 impl Cause {
     pub(crate) fn from_change(change: &Change) -> Self {
-        let &Change { value, source_time, origin, .. } = change;
-        Self { value, source_time, origin, ..Self::default() }
+        let &Change { source_time, origin, .. } = change;
+        Self { value: change.value.clone(), source_time, origin, ..Self::default() }
     }
 
     /// Adds what a condition that holds still rests on: its origin; of a verdict, the reason too.

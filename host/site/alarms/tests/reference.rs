@@ -13,7 +13,7 @@ use busbar_alarms::{
 };
 use busbar_tags::{Moment, Sample, SourceTime, TagHandle, TagSet, TagSpec, TagTable};
 use busbar_types::{
-    AlarmAction, AlarmState, DoublePoint, Limit, Priority, Quality, Reason, Value, ValueKind,
+    AlarmAction, AlarmState, DoublePoint, Limit, Priority, Quality, Reason, Text, Value, ValueKind,
 };
 use fastrand::Rng;
 
@@ -169,8 +169,8 @@ impl Model {
 
 /// Evaluates a condition by its definition alone; `None` where nobody knows.
 fn verdict(
-    condition: Condition,
-    value: Option<Value>,
+    condition: &Condition,
+    value: Option<&Value>,
     quality: Quality,
     held: bool,
 ) -> Option<bool> {
@@ -210,9 +210,10 @@ fn event_of(happening: AlarmEvent) -> &'static str {
 }
 
 fn kind_of(tag: u32) -> ValueKind {
-    match tag % 4 {
+    match tag % 5 {
         0 | 1 => ValueKind::F64,
         2 => ValueKind::Bool,
+        3 => ValueKind::Text,
         _ => ValueKind::DoublePoint,
     }
 }
@@ -235,6 +236,10 @@ fn tags() -> TagSet {
 fn random_value(tag: u32, dice: &mut Rng) -> Value {
     match kind_of(tag) {
         ValueKind::Bool => Value::Bool(dice.bool()),
+        ValueKind::Text => {
+            let word = ["LOCAL", "REMOTE", ""][dice.usize(..3)];
+            Value::Text(Text::new(word).expect("it is short"))
+        }
         ValueKind::DoublePoint => Value::DoublePoint(
             [DoublePoint::Intermediate, DoublePoint::Off, DoublePoint::On, DoublePoint::BadState]
                 [dice.usize(..4)],
@@ -297,14 +302,19 @@ fn expected_step(
     };
     let suppression = suppressed_by.as_ref().map(|by| {
         let (value, quality) = state_of(by.tag);
-        verdict(by.condition, value, quality, model.holds.contains(&AlarmState::SuppressedByDesign))
+        verdict(
+            &by.condition,
+            value.as_ref(),
+            quality,
+            model.holds.contains(&AlarmState::SuppressedByDesign),
+        )
     });
     if suppression == Some(Some(true)) && !model.holds.contains(&AlarmState::SuppressedByDesign) {
         happen(model, "suppress");
     }
     let of_tag = || history.iter().filter(|(tag, ..)| *tag == trigger.tag);
     let came = |(_, value, quality): &(_, Value, Quality)| {
-        verdict(trigger.condition, Some(*value), *quality, false) == Some(true)
+        verdict(&trigger.condition, Some(value), *quality, false) == Some(true)
     };
     if on_delay.is_zero() && !model.raw && of_tag().any(came) {
         (model.raw, model.since) = (true, Some(now));
@@ -313,7 +323,7 @@ fn expected_step(
         }
     }
     let (value, quality) = state_of(trigger.tag);
-    match verdict(trigger.condition, value, quality, model.raw) {
+    match verdict(&trigger.condition, value.as_ref(), quality, model.raw) {
         None => model.since = None,
         Some(raw) => {
             if raw != model.raw || model.since.is_none() {
@@ -385,7 +395,8 @@ fn walk(
             let value = Some(random_value(tag, &mut dice));
             let sample = Sample::live(TagHandle(tag), value, quality, now);
             tags.apply(&sample, |change| {
-                history.extend(change.value.map(|value| (change.tag, value, change.quality)));
+                let value = change.value.clone();
+                history.extend(value.map(|value| (change.tag, value, change.quality)));
                 alarms.note(change);
             });
         }

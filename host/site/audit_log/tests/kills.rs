@@ -67,7 +67,7 @@ fn tables(now: Moment) -> (TagTable, AlarmTable) {
         latched: index.is_multiple_of(3),
         group: None,
         source: AlarmSource::Tag {
-            trigger: TagCondition { tag: TagHandle(index), condition },
+            trigger: TagCondition { tag: TagHandle(index), condition: condition.clone() },
             on_delay: Duration::ZERO,
             off_delay: Duration::ZERO,
             suppressed_by: None,

@@ -56,7 +56,7 @@ impl History {
     #[inline]
     pub fn note(&mut self, change: &Change) {
         if let Some(series) = self.series_mut(change.tag) {
-            let state = PointState::from_value(change.value, change.quality);
+            let state = PointState::from_value(change.value.as_ref(), change.quality);
             series.push(Point { at: change.received, state });
         }
     }
@@ -67,7 +67,7 @@ impl History {
             let (Some(series), Some(tag)) = (self.series_mut(tag), snapshot.state(tag)) else {
                 continue;
             };
-            let state = PointState::from_value(tag.value, tag.quality);
+            let state = PointState::from_value(tag.value.as_ref(), tag.quality);
             if series.last() != Some(state) {
                 series.push(Point { at: now, state });
             }

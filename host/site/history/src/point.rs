@@ -25,7 +25,7 @@ pub enum PointState {
 
 impl PointState {
     /// Classifies a tag's value and quality; a value that is no finite number is bad.
-    pub fn from_value(value: Option<Value>, quality: Quality) -> Self {
+    pub fn from_value(value: Option<&Value>, quality: Quality) -> Self {
         let number = value.and_then(Value::as_number).filter(|number| number.is_finite());
         match (number, quality) {
             (Some(number), Quality::Good) => Self::Good(number),

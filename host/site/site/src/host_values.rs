@@ -10,7 +10,7 @@ use busbar_types::{Quality, Value};
 use crate::definition::SiteDefinition;
 
 /// Value that a host program sets.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct HostTagValue {
     /// New value; none changes the quality alone.
     pub value: Option<Value>,
@@ -56,11 +56,11 @@ impl HostIntake {
     pub(crate) fn take(
         &mut self,
         tag: TagHandle,
-        value: &HostTagValue,
+        value: HostTagValue,
         now: (Moment, SourceTime),
         sink: &mut impl SampleSink,
     ) {
-        let HostTagValue { value, quality, source_time, waited } = *value;
+        let HostTagValue { value, quality, source_time, waited } = value;
         let value = ProgramValue { tag, value, quality, source_time };
         self.0.take_program_value(&value, waited, now, sink);
     }

@@ -187,7 +187,7 @@ impl Site {
     ///
     /// # Errors
     /// A text: the tag does not exist or is not set by the host.
-    pub fn set_tag(&mut self, id: &str, value: &HostTagValue) -> Result<(), String> {
+    pub fn set_tag(&mut self, id: &str, value: HostTagValue) -> Result<(), String> {
         let tag = host_tag(&self.definition, id)?;
         let now = (Moment::now(), wall_clock());
         let Self { table, events, history, alarms, host_intake, .. } = self;

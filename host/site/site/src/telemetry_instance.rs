@@ -72,7 +72,7 @@ impl TelemetryInstance {
         }
         self.running.drain(&mut |sample: &Sample| {
             if let Some(tag) = self.remap.tag(sample.tag) {
-                sink.take(&Sample { tag, ..*sample });
+                sink.take(&Sample { tag, ..sample.clone() });
             }
         });
     }

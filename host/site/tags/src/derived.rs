@@ -38,7 +38,7 @@ impl Derivations {
             specs.iter().zip(0..).map(|(spec, rank)| (spec.id.as_str(), TagHandle(rank))).collect();
         let (mut rules, mut faults) = (BTreeMap::new(), Vec::new());
         for (spec, rank) in specs.iter().zip(0..) {
-            match Rule::from_spec(spec, TagHandle(rank), &handles) {
+            match Rule::from_spec(spec, TagHandle(rank), &handles, specs) {
                 Some(Ok(rule)) => {
                     rules.insert(rule.tag, rule);
                 }
@@ -99,6 +99,7 @@ impl Rule {
         spec: &TagSpec,
         tag: TagHandle,
         handles: &HashMap<&str, TagHandle>,
+        specs: &[TagSpec],
     ) -> Option<Result<Self, TagSpecError>> {
         let expression = match Expression::parse(spec.expression.as_deref()?) {
             Ok(expression) => expression,
@@ -108,6 +109,15 @@ impl Rule {
                 return Some(Err(fault(spec, cause, remedy)));
             }
         };
+        let is_text = |id: &&String| {
+            let tag = handles.get(id.as_str());
+            tag.is_some_and(|tag| specs[tag.0 as usize].kind == ValueKind::Text)
+        };
+        let text = expression.inputs().iter().find(is_text);
+        if let Some(id) = text.or((spec.kind == ValueKind::Text).then_some(&spec.id)) {
+            let cause = format!("its expression is of numbers, and '{id}' is a text");
+            return Some(Err(fault(spec, cause, "use tags of other types")));
+        }
         let inputs =
             expression.inputs().iter().map(|id| handles.get(id.as_str()).copied().ok_or(id));
         match inputs.collect::<Result<Vec<_>, _>>() {
@@ -134,7 +144,7 @@ impl Rule {
         for state in states {
             origin |= state.origin;
             quality = quality.worst(state.quality);
-            numbers.extend(state.value.map(number));
+            numbers.extend(state.value.as_ref().map(number));
             oldest = oldest.min(now.before(state.age.unwrap_or_default()));
         }
         let is_known = numbers.len() == self.inputs.len();
@@ -194,12 +204,14 @@ fn fault(spec: &TagSpec, cause: String, remedy: &str) -> TagSpecError {
     TagSpecError { id: spec.id.clone(), cause, remedy: remedy.into() }
 }
 
-/// A value in a formula.
-fn number(value: Value) -> f64 {
+/// A value in a formula. A text is no number; it stands in a number's place only where a source
+/// sends the wrong type.
+fn number(value: &Value) -> f64 {
     match value {
-        Value::F64(number) => number,
-        Value::I64(number) => number as f64,
-        Value::Bool(on) => f64::from(u8::from(on)),
+        Value::F64(number) => *number,
+        Value::I64(number) => *number as f64,
+        Value::Bool(on) => f64::from(u8::from(*on)),
+        Value::Text(_) => f64::NAN,
         Value::DoublePoint(point) => match point {
             DoublePoint::Intermediate => 0.0,
             DoublePoint::Off => 1.0,

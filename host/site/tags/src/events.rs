@@ -3,13 +3,12 @@
 use std::collections::VecDeque;
 
 use crate::{Change, HandleRemap};
-use busbar_types::ValueKind;
 
 /// Events that are kept; the oldest go first.
 pub const MAX_EVENTS: usize = 1 << 16;
 
 /// A change of state, and its number since the start.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Event {
     /// 0 for the first.
     pub number: u64,
@@ -17,7 +16,7 @@ pub struct Event {
     pub change: Change,
 }
 
-/// The last changes of states: single points and double-points, not measurements.
+/// The last changes of states, not of measurements and texts.
 #[derive(Clone, Debug, Default)]
 pub struct EventLog {
     events: VecDeque<Event>,
@@ -25,11 +24,10 @@ pub struct EventLog {
 }
 
 impl EventLog {
-    /// Records a change of state; changes of measurements are ignored.
+    /// Records a change of state; other changes are ignored.
     #[inline]
     pub fn note(&mut self, change: &Change) {
-        let kind = change.value.map(busbar_types::Value::kind);
-        if matches!(kind, Some(ValueKind::Bool | ValueKind::DoublePoint)) {
+        if change.value.as_ref().is_some_and(|value| value.kind().is_state()) {
             self.push(change);
         }
     }
@@ -38,7 +36,7 @@ impl EventLog {
         if self.events.len() >= MAX_EVENTS {
             self.events.pop_front();
         }
-        self.events.push_back(Event { number: self.count, change: *change });
+        self.events.push_back(Event { number: self.count, change: change.clone() });
         self.count += 1;
     }
 

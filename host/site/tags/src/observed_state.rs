@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::SourceTime;
 
 /// A tag at one instant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TagState {
     /// The last value that came, however old or bad.
     pub value: Option<Value>,

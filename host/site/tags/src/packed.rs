@@ -1,8 +1,9 @@
 //! Values as words, which the tag table copies and compares.
 
-use busbar_types::{Value, ValueKind};
+use busbar_types::{Text, Value, ValueKind};
 
 /// Value, or none, as words that are copied and compared whole. Not-a-number equals itself here.
+/// Of a text, which is stored apart, the bits are a number that changes with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Packed {
     pub(crate) bits: u64,
@@ -11,9 +12,10 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
+    /// Packs a value; `None` for a text.
     #[inline]
-    pub(crate) fn from_value(value: Value) -> Self {
-        Self { bits: value.bits(), kind: Some(value.kind()) }
+    pub(crate) fn from_value(value: &Value) -> Option<Self> {
+        Some(Self { bits: value.bits()?, kind: Some(value.kind()) })
     }
 
     #[inline]
@@ -21,8 +23,10 @@ impl Packed {
         self.kind.is_none()
     }
 
+    /// Returns the value, if there is one. `text` is that of a text.
     #[inline]
-    pub(crate) fn unpack(self) -> Option<Value> {
-        self.kind.map(|kind| Value::from_bits(kind, self.bits))
+    pub(crate) fn unpack(self, text: Option<&Text>) -> Option<Value> {
+        let kind = self.kind?;
+        Value::from_bits(kind, self.bits).or_else(|| text.cloned().map(Value::Text))
     }
 }

@@ -4,9 +4,9 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::{Mutex, PoisonError};
 
 use crate::Sample;
-use busbar_types::Quality;
+use busbar_types::{Quality, Text, Value};
 
-/// Updates that a backlog holds before it thins itself out.
+/// Updates that a backlog holds before it thins itself out; a text counts by its length.
 pub const MAX_QUEUED_SAMPLES: usize = 1 << 18;
 
 /// Queued update of a tag, in any representation.
@@ -26,6 +26,11 @@ pub trait Update {
     /// The same of an update with a value that comes out of a buffer, so that this time
     /// orders it; `None` for one that counts in order of arrival.
     fn buffered_time(&self) -> Option<i64>;
+
+    /// Returns the number of updates that it counts for, by its memory.
+    fn weight(&self) -> usize {
+        1
+    }
 
     /// Returns the host's doubt about the value; good where the host has not judged it yet.
     fn doubt(&self) -> Quality {
@@ -58,14 +63,31 @@ impl Update for Sample {
         self.source_time.map(|time| time.0)
     }
 
+    fn weight(&self) -> usize {
+        text_weight(match &self.value {
+            Some(Value::Text(text)) => Some(text),
+            _ => None,
+        })
+    }
+
     fn doubt(&self) -> Quality {
         self.doubt
     }
 
     fn add_doubt(&mut self, doubt: Quality) {
         let own = if self.value.is_none() { self.doubt } else { Quality::Good };
-        *self = Self { value: None, doubt: own, ..*self }.with_doubt(doubt);
+        let last = Self { value: None, ..self.clone() };
+        *self = Self { doubt: own, ..last }.with_doubt(doubt);
     }
+}
+
+/// Bytes of a text that count for one update.
+const BYTES_AN_UPDATE: usize = 32;
+
+/// Returns the number of updates that one with this text counts for.
+#[inline]
+fn text_weight(text: Option<&Text>) -> usize {
+    1 + text.map_or(0, |text| text.as_str().len()).div_ceil(BYTES_AN_UPDATE)
 }
 
 /// Updates that wait, in order.
@@ -76,7 +98,9 @@ impl Update for Sample {
 #[derive(Clone, Debug)]
 pub struct Backlog<U> {
     updates: VecDeque<U>,
-    /// Length at which the backlog coalesces: a multiple of its length after the last time, so
+    /// Sum of the weights of the updates.
+    weight: usize,
+    /// Weight at which the backlog coalesces: a multiple of its weight after the last time, so
     /// that the cost is linear in pushes.
     thin_at: usize,
     dropped: u64,
@@ -91,27 +115,35 @@ pub struct SampleQueue {
 
 impl<U> Default for Backlog<U> {
     fn default() -> Self {
-        Self { updates: VecDeque::new(), thin_at: MAX_QUEUED_SAMPLES, dropped: 0 }
+        Self { updates: VecDeque::new(), weight: 0, thin_at: MAX_QUEUED_SAMPLES, dropped: 0 }
     }
 }
 
 impl<U: Update> Backlog<U> {
     /// Adds an update at the end.
     pub fn push(&mut self, update: U) {
-        if self.updates.len() >= self.thin_at {
+        if self.weight >= self.thin_at {
             self.coalesce();
         }
+        self.weight += update.weight();
         self.updates.push_back(update);
     }
 
     /// Removes and returns the oldest updates, at most `count`.
     pub fn drain(&mut self, count: usize) -> impl Iterator<Item = U> {
-        self.updates.drain(..count.min(self.updates.len()))
+        let count = count.min(self.updates.len());
+        self.weight -= self.updates.range(..count).map(Update::weight).sum::<usize>();
+        self.updates.drain(..count)
+    }
+
+    /// Iterates over the updates, the oldest first.
+    pub fn iter(&self) -> impl Iterator<Item = &U> {
+        self.updates.iter()
     }
 
     /// Removes and returns all updates, with their memory.
     pub fn take(&mut self) -> VecDeque<U> {
-        self.thin_at = MAX_QUEUED_SAMPLES;
+        (self.weight, self.thin_at) = (0, MAX_QUEUED_SAMPLES);
         std::mem::take(&mut self.updates)
     }
 
@@ -151,7 +183,8 @@ impl<U: Update> Backlog<U> {
         let mut kept = VecDeque::with_capacity(before / 2);
         kept.extend(self.updates.drain(..).filter(|_| is_kept.next() == Some(true)));
         self.dropped += (before - kept.len()) as u64;
-        self.thin_at = MAX_QUEUED_SAMPLES.max(MAX_KEPT_A_TAG * kept.len());
+        self.weight = kept.iter().map(Update::weight).sum();
+        self.thin_at = MAX_QUEUED_SAMPLES.max(MAX_KEPT_A_TAG * self.weight);
         self.updates = kept;
     }
 }
@@ -380,6 +413,20 @@ mod tests {
         assert!(backlog.len() <= MAX_QUEUED_SAMPLES);
         assert_eq!(backlog.dropped() as usize + backlog.len(), 2 * MAX_QUEUED_SAMPLES + 1);
         assert_eq!(backlog.take()[0], live(u32::MAX, 7, 0), "the only update of its tag");
+    }
+
+    #[test]
+    fn texts_count_by_their_length() {
+        let text = |number: usize| Sample {
+            value: Some(Value::Text(Text::cut(&format!("{number:0255}")))),
+            ..Sample::live(crate::TagHandle(1), None, Quality::Good, crate::Moment(0))
+        };
+        assert_eq!(text(0).weight(), 9);
+        let mut backlog = Backlog::default();
+        (0..MAX_QUEUED_SAMPLES / 4).for_each(|number| backlog.push(text(number)));
+        assert!(backlog.len() <= MAX_QUEUED_SAMPLES / 9 + 1, "{}", backlog.len());
+        let last = backlog.take().pop_back().unwrap();
+        assert_eq!(last.value, text(MAX_QUEUED_SAMPLES / 4 - 1).value);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::{Moment, TagHandle};
 pub struct SourceTime(pub i64);
 
 /// One update of one tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// Handle of the tag.
     pub tag: TagHandle,
@@ -38,7 +38,7 @@ pub struct Sample {
 }
 
 /// Change of a tag by an update: its state without freshness.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Change {
     /// Handle of the tag.
     pub tag: TagHandle,

@@ -7,7 +7,7 @@ use busbar_types::{Origin, Quality, Reason, Value};
 use crate::changes::Changes;
 use crate::packed::Packed;
 use crate::tag_state::{
-    ColdState, HotState, TagStates, apply_rules, value_quality, value_quality_in_range,
+    ColdState, HotState, TagStates, apply_rules, set_value, value_quality, value_quality_in_range,
 };
 use crate::timing_wheel::{NO_SLOT, Slot, TimingWheel};
 use crate::{
@@ -68,12 +68,13 @@ impl TagTable {
             return;
         }
         hot.take_over(was);
+        cold.take_over_text(said);
         cold.source_quality = said.source_quality;
         cold.doubt = said.doubt;
-        if let Some(value) = hot.value().unpack() {
+        if let Some(value) = hot.value().unpack(cold.text()) {
             let spec = &self.tags.specs()[tag.0 as usize];
             let fresh = trust(hot.valid_from, trusted_from(self.trusted_from, cold));
-            cold.verdict = value_quality_in_range(value, hot.kind, spec).worst(fresh);
+            cold.verdict = value_quality_in_range(&value, hot.kind, spec).worst(fresh);
             cold.slot = self.wheel.slot_of(hot.deadline());
             self.wheel.put(tag.0, cold.slot);
         }
@@ -145,7 +146,7 @@ impl TagTable {
             if cold.is_input {
                 self.touched.push(tag);
             }
-            let change = hot.state_change(tag, cold.own_quality(), self.now);
+            let change = hot.state_change(tag, cold, self.now);
             self.states.count(tag, &mut self.counts, self.now);
             self.changes.record(tag);
             each(&change);
@@ -179,19 +180,23 @@ impl TagTable {
         let Some(hot) = self.states.hot.get_mut(sample.tag.0 as usize) else {
             return ApplyOutcome::Ignored;
         };
-        match sample.value {
-            Some(value) if hot.takes_fast_path(value, sample, self.now) => {
-                let value = Packed::from_value(value);
+        let packed = sample.value.as_ref().and_then(|value| {
+            let packed = Packed::from_value(value)?;
+            hot.takes_fast_path(value, sample, self.now).then_some(packed)
+        });
+        match packed {
+            Some(value) => {
                 hot.set_times(sample);
                 if hot.value() == value {
                     return ApplyOutcome::Unchanged;
                 }
                 hot.set_value(value);
                 self.changes.record(sample.tag);
-                ApplyOutcome::Changed(hot.change(sample, Quality::Good))
+                ApplyOutcome::Changed(hot.change(sample, Quality::Good, None))
             }
-            _ => {
-                let &Sample { tag, value, source_time, received, valid_from, .. } = sample;
+            None => {
+                let &Sample { tag, source_time, received, valid_from, .. } = sample;
+                let value = sample.value.clone();
                 let delivery = (sample.origin, sample.is_buffered);
                 let times = [received, valid_from];
                 let worth = [sample.quality, sample.doubt];
@@ -241,12 +246,12 @@ impl TagTable {
         if is_outdated && quality.is_good() {
             return ApplyOutcome::Ignored;
         }
-        if let (Some(value), false) = (sample.value, is_outdated) {
+        if let (Some(value), false) = (&sample.value, is_outdated) {
             if cold.has_rules {
                 let spec = &self.tags.specs()[sample.tag.0 as usize];
                 apply_rules(hot, cold, value, spec);
             } else {
-                hot.set_value(Packed::from_value(value));
+                set_value(hot, cold, value);
                 cold.verdict = value_quality(value, hot.kind);
             }
             if !cold.is_derived {
@@ -271,7 +276,7 @@ impl TagTable {
             self.touched.push(sample.tag);
         }
         let after = (hot.value(), cold.own_quality(), hot.origin());
-        let change = hot.change(sample, after.1);
+        let change = hot.change(sample, after.1, cold.text());
         self.states.count(sample.tag, &mut self.counts, self.now);
         if before == after && !revived {
             return ApplyOutcome::Unchanged;

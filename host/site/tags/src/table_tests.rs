@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use busbar_types::{DoublePoint, Quality, Reason, Value, ValueKind};
+use busbar_types::{DoublePoint, Quality, Reason, Text, Value, ValueKind};
 use proptest::prelude::*;
 
 use super::*;
@@ -45,7 +45,7 @@ fn sample(value: f64, received: Moment) -> Sample {
 
 fn put(table: &mut TagTable, sample: Sample) -> Vec<Change> {
     let mut changes = Vec::new();
-    table.apply(&sample, |change| changes.push(*change));
+    table.apply(&sample, |change| changes.push(change.clone()));
     changes
 }
 
@@ -90,7 +90,7 @@ fn a_quality_without_a_value_does_not_make_the_value_fresh() {
 fn a_good_quality_without_a_value_does_not_launder_a_bad_value() {
     for value in [Value::F64(f64::NAN), Value::F64(151.0), Value::Bool(true)] {
         let mut table = table();
-        put(&mut table, Sample { value: Some(value), ..sample(0.0, START) });
+        put(&mut table, Sample { value: Some(value.clone()), ..sample(0.0, START) });
         let before = quality_at(&mut table, START);
         assert!(!before.is_good());
         put(&mut table, Sample { value: None, ..sample(0.0, START) });
@@ -99,22 +99,60 @@ fn a_good_quality_without_a_value_does_not_launder_a_bad_value() {
 }
 
 #[test]
+fn a_good_quality_without_a_value_does_not_launder_a_text_that_is_not_whole() {
+    let spec = TagSpec { kind: ValueKind::Text, range: None, ..spec() };
+    for (text, is_whole) in [("AUTO", true), ("AUTO\0", false), (&"x".repeat(300), false)] {
+        let mut table = table_of(vec![spec.clone()]);
+        let text = Value::Text(Text::cut(text));
+        put(&mut table, Sample { value: Some(text.clone()), ..sample(0.0, START) });
+        put(&mut table, Sample { value: None, ..sample(0.0, START) });
+        let partial = Quality::Uncertain(Reason::Configuration);
+        let state = state_at(&mut table, START);
+        assert_eq!(state.quality, if is_whole { Quality::Good } else { partial });
+        assert_eq!(state.value, Some(text));
+    }
+}
+
+#[test]
+fn texts_change_are_confirmed_and_go_stale_as_other_values_do() {
+    let spec = TagSpec { kind: ValueKind::Text, range: None, ..spec() };
+    let mut table = table_of(vec![spec.clone()]);
+    let text = |text: &str| Some(Value::Text(Text::cut(text)));
+    let said = |value, at| Sample { value, ..sample(0.0, at) };
+    let changes = put(&mut table, said(text("AUTO"), START));
+    assert_eq!(changes[0].value, text("AUTO"));
+    assert_eq!(put(&mut table, said(text("AUTO"), at(1.0))), [], "the same again is no change");
+    assert_eq!(put(&mut table, said(text("MANUAL"), at(1.5)))[0].value, text("MANUAL"));
+    assert_eq!(put(&mut table, said(text("AUTO"), at(2.0)))[0].value, text("AUTO"));
+    let wrong = put(&mut table, said(Some(Value::F64(1.0)), at(2.0)));
+    assert_eq!(wrong[0].quality, Quality::Bad(Reason::Configuration));
+    assert_eq!(put(&mut table, said(text("AUTO"), at(2.0)))[0].value, text("AUTO"));
+    // The tag keeps its text where another table takes over.
+    let mut next = table_of(vec![spec]);
+    next.inherit(&table, &HandleRemap::between_tag_sets(table.tags(), next.tags()));
+    assert_eq!(state_at(&mut next, at(2.0)).value, text("AUTO"));
+    let late = at(1000.0);
+    let stale = state_at(&mut table, late);
+    assert_eq!((stale.value, stale.quality), (text("AUTO"), Quality::Bad(Reason::Stale)));
+}
+
+#[test]
 fn a_doubt_of_the_host_stays_until_the_next_value_that_counts() {
     let doubt = Quality::Uncertain(Reason::SourceTime);
     let said = |quality| Sample { value: None, quality, ..sample(0.0, at(1.0)) };
     let sensor = Quality::Bad(Reason::Sensor);
-    let old = Sample { is_buffered: true, ..timed(61.0, 90, at(1.0)) };
+    let old = || Sample { is_buffered: true, ..timed(61.0, 90, at(1.0)) };
     let mut table = table();
     put(&mut table, timed(60.0, 100, START).with_doubt(doubt));
     for (step, quality) in [
         (said(Quality::Good), doubt),
         (said(sensor), sensor),
         (said(Quality::Good), doubt),
-        (old, doubt),
+        (old(), doubt),
         (said(Quality::Good), doubt),
         (timed(62.0, 101, at(1.0)), Quality::Good),
         // Of a value that does not count, the doubt does not stay.
-        (old.with_doubt(doubt), doubt),
+        (old().with_doubt(doubt), doubt),
         (said(Quality::Good), Quality::Good),
         // Without a value it concerns the last one.
         (said(Quality::Good).with_doubt(doubt), doubt),
@@ -302,9 +340,9 @@ fn the_origin_of_a_value_goes_with_it_and_into_what_rests_on_it() {
 
 #[test]
 fn the_host_judges_values_itself() {
-    let check = |value, expected| {
+    let check = |value: Value, expected| {
         let mut table = table();
-        put(&mut table, Sample { value: Some(value), ..sample(0.0, START) });
+        put(&mut table, Sample { value: Some(value.clone()), ..sample(0.0, START) });
         assert_eq!(quality_at(&mut table, START), expected, "{value:?}");
     };
     check(Value::F64(150.0), Quality::Good);
@@ -315,7 +353,7 @@ fn the_host_judges_values_itself() {
     let spec = TagSpec { kind: ValueKind::DoublePoint, range: None, ..spec() };
     let mut table = table_of(vec![spec]);
     let faulty = Some(Value::DoublePoint(DoublePoint::BadState));
-    put(&mut table, Sample { value: faulty, ..sample(0.0, START) });
+    put(&mut table, Sample { value: faulty.clone(), ..sample(0.0, START) });
     let state = state_at(&mut table, START);
     assert_eq!(state.quality, Quality::Uncertain(Reason::Sensor));
     assert_eq!(state.report_quality, Quality::Good, "that contacts contradict is sure");
@@ -477,7 +515,7 @@ proptest! {
         let mut table = table_of(specs.to_vec());
         let mut now = START;
         let mut shown: Vec<_> =
-            table.snapshot().states().map(|state| (state.value, state.quality)).collect();
+            table.snapshot().states().map(|state| (state.value.clone(), state.quality)).collect();
         for step in steps {
             match step {
                 Step::Put { tag, value, bad, doubted, lag_millis, source_time, is_buffered } => {
@@ -506,11 +544,11 @@ proptest! {
                             prop_assert!(age <= seconds(freshness[tag]) || !state.quality.is_good());
                         }
                         let is_changed = table.snapshot().changed().contains(&TagHandle(tag as u32));
-                        let differs = shown[tag] != (state.value, state.quality);
+                        let differs = shown[tag] != (state.value.clone(), state.quality);
                         prop_assert!(is_changed || !differs, "tag {} changed unseen", tag);
                     }
                     prop_assert_eq!(table.snapshot().counts(), counts);
-                    shown = states.iter().map(|state| (state.value, state.quality)).collect();
+                    shown = states.iter().map(|state| (state.value.clone(), state.quality)).collect();
                 }
             }
         }

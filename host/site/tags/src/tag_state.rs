@@ -1,6 +1,6 @@
 //! State of each tag: last value, quality and times, split into hot and cold parts.
 
-use busbar_types::{DoublePoint, Origin, Quality, Reason, Value, ValueKind};
+use busbar_types::{DoublePoint, Origin, Quality, Reason, Text, Value, ValueKind};
 
 use crate::packed::Packed;
 use crate::timing_wheel::{NO_SLOT, Slot};
@@ -38,7 +38,7 @@ const PLAIN_GOOD: u8 = PLAIN;
 const _: () = assert!(size_of::<HotState>() == 32);
 
 /// Cold state of a tag.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ColdState {
     /// Slot in the timing wheel, or [`NO_SLOT`]; never later than the deadline.
     pub(crate) slot: Slot,
@@ -55,6 +55,8 @@ pub(crate) struct ColdState {
     pub(crate) is_input: bool,
     /// True where its source reports every change, also after a stop of this process.
     pub(crate) stays_current_across_stops: bool,
+    /// Last text, where the value is one.
+    text: Option<Text>,
 }
 
 /// States of all tags, by handle.
@@ -69,13 +71,14 @@ pub(crate) const NO_TIME: i64 = i64::MIN;
 
 /// Returns the quality of a value by its kind alone.
 #[inline(always)]
-pub(crate) fn value_quality(value: Value, kind: ValueKind) -> Quality {
+pub(crate) fn value_quality(value: &Value, kind: ValueKind) -> Quality {
     if value.kind() != kind {
         return Quality::Bad(Reason::Configuration);
     }
     match value {
         Value::DoublePoint(position) => position.quality(),
         Value::F64(number) if !number.is_finite() => Quality::Bad(Reason::NotFinite),
+        Value::Text(text) if !text.is_whole() => Quality::Uncertain(Reason::Configuration),
         _ => Quality::Good,
     }
 }
@@ -105,7 +108,8 @@ impl HotState {
         (self.value_bits, self.value_kind) = (value.bits, value.kind);
     }
 
-    /// Inherits value, times and origin from another state of the same type.
+    /// Inherits value, times and origin from another state of the same type. A text is inherited
+    /// by [`ColdState::take_over_text`].
     pub(crate) fn take_over(&mut self, was: &Self) {
         self.set_value(was.value());
         (self.source_nanos, self.valid_from) = (was.source_nanos, was.valid_from);
@@ -145,7 +149,7 @@ impl HotState {
     /// that is true no earlier. Its slot in the wheel stays right, and [`TagTable::set`] would
     /// end at the same.
     #[inline(always)]
-    pub(crate) fn takes_fast_path(&self, value: Value, sample: &Sample, now: Moment) -> bool {
+    pub(crate) fn takes_fast_path(&self, value: &Value, sample: &Sample, now: Moment) -> bool {
         self.state == PLAIN_GOOD
             && sample.quality == Quality::Good
             && sample.doubt == Quality::Good
@@ -156,12 +160,12 @@ impl HotState {
             && self.deadline_of(sample.valid_from) >= now
     }
 
-    /// Describes the change that a sample made.
+    /// Describes the change that a sample made. `text` is the value of a text.
     #[inline(always)]
-    pub(crate) fn change(&self, sample: &Sample, quality: Quality) -> Change {
+    pub(crate) fn change(&self, sample: &Sample, quality: Quality, text: Option<&Text>) -> Change {
         Change {
             tag: sample.tag,
-            value: self.value().unpack(),
+            value: self.value().unpack(text),
             quality,
             source_time: self.source_time(),
             received: sample.received,
@@ -170,11 +174,11 @@ impl HotState {
     }
 
     /// Describes a change without a sample.
-    pub(crate) fn state_change(&self, tag: TagHandle, quality: Quality, now: Moment) -> Change {
+    pub(crate) fn state_change(&self, tag: TagHandle, cold: &ColdState, now: Moment) -> Change {
         Change {
             tag,
-            value: self.value().unpack(),
-            quality,
+            value: self.value().unpack(cold.text()),
+            quality: cold.own_quality(),
             source_time: self.source_time(),
             received: now,
             origin: self.origin,
@@ -220,7 +224,18 @@ impl ColdState {
             is_derived: spec.expression.is_some(),
             is_input,
             stays_current_across_stops: false,
+            text: None,
         }
+    }
+
+    /// Returns the last text, where the value is one.
+    pub(crate) fn text(&self) -> Option<&Text> {
+        self.text.as_ref()
+    }
+
+    /// Inherits the text of another state.
+    pub(crate) fn take_over_text(&mut self, was: &Self) {
+        self.text.clone_from(&was.text);
     }
 
     /// Returns the quality without freshness.
@@ -278,25 +293,26 @@ impl TagStates {
 }
 
 fn state(hot: &HotState, cold: &ColdState, now: Moment) -> TagState {
-    let value = hot.value().unpack();
+    let value = hot.value().unpack(cold.text());
     let quality = hot.quality(cold.own_quality(), now);
     let is_contradiction = value == Some(Value::DoublePoint(DoublePoint::BadState));
     let report_quality = match is_contradiction && hot.kind == ValueKind::DoublePoint {
         true if !cold.is_derived => hot.quality(cold.source_quality.worst(cold.doubt), now),
         _ => quality,
     };
+    let age = value.as_ref().map(|_| now.since(hot.valid_from));
     TagState {
         value,
         quality,
         report_quality,
-        age: value.map(|_| now.since(hot.valid_from)),
+        age,
         source_time: hot.source_time(),
         origin: hot.origin,
     }
 }
 
 /// Returns the quality of a value in the tag's unit, its range included.
-pub(crate) fn value_quality_in_range(value: Value, kind: ValueKind, spec: &TagSpec) -> Quality {
+pub(crate) fn value_quality_in_range(value: &Value, kind: ValueKind, spec: &TagSpec) -> Quality {
     match value_quality(value, kind) {
         Quality::Good => match (value.as_number(), &spec.range) {
             (Some(number), Some(range)) if !range.contains(&number) => {
@@ -308,19 +324,38 @@ pub(crate) fn value_quality_in_range(value: Value, kind: ValueKind, spec: &TagSp
     }
 }
 
+/// Sets the value of a tag as it is.
+pub(crate) fn set_value(hot: &mut HotState, cold: &mut ColdState, value: &Value) {
+    let packed = Packed::from_value(value);
+    match (packed, value) {
+        (Some(value), _) => {
+            hot.set_value(value);
+            cold.text = None;
+        }
+        (None, Value::Text(text)) if cold.text.as_ref() != Some(text) => {
+            let bits = hot.value().bits.wrapping_add(1);
+            hot.set_value(Packed { bits, kind: Some(ValueKind::Text) });
+            cold.text = Some(text.clone());
+        }
+        (None, _) => {}
+    }
+}
+
 /// Scale, dead band and range: a value goes into its tag as they have it.
-pub(crate) fn apply_rules(hot: &mut HotState, cold: &mut ColdState, value: Value, spec: &TagSpec) {
-    let value = match (value, spec.scale) {
-        (Value::F64(number), Some(scale)) => Value::F64(scale.apply(number)),
-        (value, _) => value,
+pub(crate) fn apply_rules(hot: &mut HotState, cold: &mut ColdState, value: &Value, spec: &TagSpec) {
+    let scaled = match (value, spec.scale) {
+        (Value::F64(number), Some(scale)) => Some(Value::F64(scale.apply(*number))),
+        _ => None,
     };
+    let value = scaled.as_ref().unwrap_or(value);
     let verdict = value_quality_in_range(value, hot.kind, spec);
-    let within = match (hot.value().unpack().and_then(Value::as_number), value.as_number()) {
+    let old = hot.value().unpack(None).and_then(|value| value.as_number());
+    let within = match (old, value.as_number()) {
         (Some(old), Some(new)) => (new - old).abs() < spec.dead_band,
         _ => false,
     };
     if !within || verdict != cold.verdict {
-        hot.set_value(Packed::from_value(value));
+        set_value(hot, cold, value);
     }
     cold.verdict = verdict;
 }

@@ -120,7 +120,7 @@ fn label_line<'a>(line: NodeLine<'a>, snapshot: Snapshot<'_>) -> LabelLine<'a> {
         }
     };
     let state = snapshot.state(line.tag);
-    let quality = state.map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
+    let quality = state.as_ref().map_or(Quality::Bad(Reason::NotConnected), |s| s.quality);
     // The worse of both: a late display hides no bad value.
     let mark = match (is_late, quality) {
         (true, Quality::Good) => ValueMark::LateDisplay,
@@ -132,7 +132,7 @@ fn label_line<'a>(line: NodeLine<'a>, snapshot: Snapshot<'_>) -> LabelLine<'a> {
         text: line.text.as_str().into(),
         mark,
         // Shown beside a value that is not good.
-        age: state.filter(|s| !s.quality.is_good()).and_then(|s| s.age).map(Age::from),
+        age: state.as_ref().filter(|s| !s.quality.is_good()).and_then(|s| s.age).map(Age::from),
         origin: state.map_or(Origin::LIVE, |s| s.origin),
     }
 }

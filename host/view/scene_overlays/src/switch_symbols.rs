@@ -20,10 +20,10 @@ pub(crate) fn switch_symbols(
 ) -> Vec<SwitchSymbol> {
     let symbol = |position: &SwitchPosition| {
         let told = snapshot.state(position.tag);
-        let is_good = told.is_some_and(|told| told.quality.is_good());
+        let is_good = told.as_ref().is_some_and(|told| told.quality.is_good());
         let state = state_of(position.travelled, is_good);
         let is_seen_by_part = matches!(state, SwitchState::Open | SwitchState::Closed);
-        let origin = told.map_or(Origin::LIVE, |told| told.origin);
+        let origin = told.as_ref().map_or(Origin::LIVE, |told| told.origin);
         if is_seen_by_part && moving.has(position) && origin.is_live() {
             return None;
         }

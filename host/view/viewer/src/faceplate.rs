@@ -228,7 +228,8 @@ impl OpenFaceplate {
             StateBasis::Tag(tag) => inputs.snapshot.state(tag),
             StateBasis::Record { .. } => None,
         };
-        let is_good = |tag: &Option<TagState>| tag.is_some_and(|tag| tag.quality.is_good());
+        let is_good =
+            |tag: &Option<TagState>| tag.as_ref().is_some_and(|tag| tag.quality.is_good());
         let of_run = |run: &[NodeState]| {
             let shown = run.last()?;
             let (overlay, entry) = shown.legend?;
@@ -236,7 +237,8 @@ impl OpenFaceplate {
             // It is worth what the worst is that it rests on.
             let worst = run.iter().map(tag_of).find(|tag| !is_good(tag));
             let tag = worst.unwrap_or_else(|| tag_of(shown));
-            let quality = tag.map_or(Quality::Bad(Reason::NotConnected), |tag| tag.quality);
+            let quality =
+                tag.as_ref().map_or(Quality::Bad(Reason::NotConnected), |tag| tag.quality);
             let origins = run.iter().filter_map(tag_of).map(|tag| tag.origin);
             let is_late = run.iter().any(NodeState::is_late);
             Some(FaceplateState {

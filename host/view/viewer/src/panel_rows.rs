@@ -45,14 +45,14 @@ impl<'a> TagListRows<'a> {
             return TagRow::default();
         };
         let limits = self.scene.config.tags.get(&spec.id).map(|tag| tag.limits).unwrap_or_default();
-        let number = state.value.and_then(Value::as_number);
+        let number = state.value.as_ref().and_then(Value::as_number);
         let outside = number.is_some_and(|number| !limits.contains(number));
         let severity = if outside { Severity::Warning } else { Severity::Normal };
         let of_overlays = self.severities.get(tag.0 as usize).copied().unwrap_or_default();
         TagRow {
             id: spec.id.clone(),
             name: spec.name.clone(),
-            value: state.value.map_or_else(|| "–".into(), value_text),
+            value: state.value.as_ref().map_or_else(|| "–".into(), value_text),
             unit: spec.unit.clone(),
             mark: mark(state.quality, severity.max(of_overlays)),
             age: state.age.map(Age::from),
@@ -143,14 +143,17 @@ fn link_state(link: LinkReport) -> (LinkIndicator, String) {
     }
 }
 
-pub(crate) fn value_text(value: Value) -> String {
+pub(crate) fn value_text(value: &Value) -> String {
     match value {
         Value::F64(value) if value.abs() >= 1e7 => format!("{value:.3e}"),
         Value::F64(value) if value.abs() >= 1000.0 => format!("{value:.1}"),
         Value::F64(value) => format!("{value:.2}"),
         Value::I64(value) => value.to_string(),
-        Value::Bool(value) => (if value { "on" } else { "off" }).into(),
+        Value::Bool(value) => (if *value { "on" } else { "off" }).into(),
         Value::DoublePoint(value) => value.to_string(),
+        // Nothing at all would look like a value that is missing.
+        Value::Text(value) if value.as_str().is_empty() => "(empty)".into(),
+        Value::Text(value) => value.to_string(),
     }
 }
 

@@ -442,12 +442,13 @@ pub(crate) fn tags(tags: &TagSet, snapshot: Snapshot<'_>) -> Vec<TagStats> {
 fn tag(spec: &TagSpec, state: &TagState) -> TagStats {
     TagStats {
         id: spec.id.clone(),
-        value: match state.value {
+        value: match &state.value {
             None => serde_json::Value::Null,
-            Some(Value::F64(value)) => value.into(),
-            Some(Value::I64(value)) => value.into(),
-            Some(Value::Bool(value)) => value.into(),
+            Some(Value::F64(value)) => (*value).into(),
+            Some(Value::I64(value)) => (*value).into(),
+            Some(Value::Bool(value)) => (*value).into(),
             Some(Value::DoublePoint(value)) => value.to_string().into(),
+            Some(Value::Text(value)) => value.as_str().into(),
         },
         quality: state.quality.name(),
         reason: state.quality.reason().map(|reason| reason.to_string()),

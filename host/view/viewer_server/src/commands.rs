@@ -29,8 +29,10 @@ pub(super) fn perform(viewer: &mut Viewer, command: Command) -> Result<(), Strin
         Command::SetLayer { layer, shown } if viewer.set_layer_shown(&layer, shown) => Ok(()),
         Command::SetLayer { layer, .. } => Err(format!("there is no overlay '{layer}'")),
         Command::SetTags(tags) => {
-            let set =
-                tags.iter().map(|update| viewer.set_tag(&update.tag, &host_tag_value(update)));
+            let set = tags.into_iter().map(|mut update| {
+                let tag = std::mem::take(&mut update.tag);
+                viewer.set_tag(&tag, host_tag_value(update))
+            });
             let refused: Vec<_> = set.filter_map(Result::err).collect();
             match refused.as_slice() {
                 [] => Ok(()),

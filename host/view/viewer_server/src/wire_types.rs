@@ -45,7 +45,7 @@ pub(crate) fn camera_pose_message(pose: &CameraPose) -> message::CameraPose {
 }
 
 /// Converts a tag's value from the protocol, with the time that it was on its way until now.
-pub(crate) fn host_tag_value(update: &TagUpdate) -> HostTagValue {
+pub(crate) fn host_tag_value(update: TagUpdate) -> HostTagValue {
     HostTagValue {
         value: update.value,
         quality: Quality::new(update.quality, Reason::Unknown),

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::units::{Quantity, UnitConversion};
-use busbar_plugin_sdk::{Binding, Quality, Reason, TagValue, ValueKind};
+use busbar_plugin_sdk::{Binding, Quality, Reason, TagValue};
 use dga::Concentration;
 
 /// A tag with its conversion, or the reason why there is none.
@@ -34,7 +34,7 @@ fn conversion(
             ),
         ));
     }
-    if !matches!(kind, ValueKind::F64 | ValueKind::I64) {
+    if !kind.is_quantity() {
         return Err((
             "is no number".to_owned(),
             format!(

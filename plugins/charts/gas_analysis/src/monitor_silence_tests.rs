@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, Drawing, InputGenerator, check_verdicts, draw_at, host, silence_cases,
 };
-use busbar_plugin_sdk::{Origin, Quality, Reason, Severity, Value, ValueKind, Verdict};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Severity, Text, Value, ValueKind, Verdict};
 use dga::c57_104::{self, GASES, Status};
 use dga::{Concentration, Gas, Sample};
 
@@ -47,7 +47,7 @@ fn stale(value: f64) -> TagValue {
 /// Draws these gases, in ppm.
 fn drawn(gases: &[(Gas, TagValue)]) -> Drawing {
     let bindings = gases.iter().map(|(gas, _)| binding(*gas, "ppm")).collect();
-    let values: Vec<TagValue> = gases.iter().map(|(_, value)| *value).collect();
+    let values: Vec<TagValue> = gases.iter().map(|(_, value)| value.clone()).collect();
     draw_at(&mut plugin(&[]), Some(bindings), &values, 0).expect("it draws")
 }
 
@@ -64,8 +64,9 @@ fn check(gases: &[(Gas, TagValue)], expected: Verdict, reason: &str) -> Drawing 
 }
 
 fn replaced(gas: Gas, value: TagValue) -> Vec<(Gas, TagValue)> {
-    let replace = |(own, before)| (own, if own == gas { value } else { before });
-    calm().into_iter().map(replace).collect()
+    let mut gases = calm();
+    gases.iter_mut().filter(|(own, _)| *own == gas).for_each(|(_, of)| *of = value.clone());
+    gases
 }
 
 fn without(gases: &[Gas]) -> Vec<(Gas, TagValue)> {
@@ -153,6 +154,26 @@ fn units_of_gases_and_of_what_comes_besides_are_converted() {
     none[2].unit = String::new();
     let drawing = draw_at(&mut plugin, Some(none), &CALM.map(good), 0).expect("it draws");
     assert_eq!(drawing.verdicts[0].reason, "assumed: C2H6 is in ppm");
+}
+
+#[test]
+fn a_text_is_no_gas_and_is_told() {
+    let text = |word| Value::Text(Text::new(word).expect("it fits"));
+    for word in ["", "14", "NORMAL"] {
+        let word = TagValue { value: Some(text(word)), ..good(0.0) };
+        check(&replaced(Gas::H2, word.clone()), Verdict::Unknown, "H2 is no finite number");
+        let mut bindings: Vec<Binding> = Gas::ALL.map(|gas| binding(gas, "ppm")).into();
+        bindings[0].kind = ValueKind::Text;
+        let mut plugin = plugin(&[]);
+        let mut values = CALM.map(good);
+        values[0] = word;
+        let drawing = draw_at(&mut plugin, Some(bindings), &values, 0).expect("it draws");
+        assert_eq!(drawing.verdicts[0].verdict, Verdict::Unknown);
+        assert_eq!(drawing.verdicts[0].reason, "H2 is no number");
+        let findings = plugin.describe().findings;
+        let [finding] = findings.as_slice() else { panic!("{findings:?}") };
+        assert!(finding.starts_with("the tag 'H2' in the role 'gas_h2' at 'T1' is no number; "));
+    }
 }
 
 /// Concentrations on both sides of the limits of every gas, ppm.

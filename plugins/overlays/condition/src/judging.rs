@@ -4,8 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use busbar_plugin_sdk::units::UnitConversion;
 use busbar_plugin_sdk::{
-    Binding, Canvas, Error, Judgment, Quality, Reason, Severity, TagValue, Value, ValueKind,
-    VerdictSeverity,
+    Binding, Canvas, Error, Judgment, Quality, Reason, Severity, TagValue, Value, VerdictSeverity,
 };
 
 use crate::settings::{QuantitySettings, Settings};
@@ -113,7 +112,7 @@ fn conversion(
     unit: &str,
     findings: &mut Vec<String>,
 ) -> Result<UnitConversion, &'static str> {
-    if !matches!(binding.kind, ValueKind::F64 | ValueKind::I64) {
+    if !binding.kind.is_quantity() {
         let Binding { tag_id, role, node_id, .. } = binding;
         findings.push(format!(
             "the tag '{tag_id}' in the role '{role}' at '{node_id}' is no number; bind one of the \
@@ -164,12 +163,14 @@ impl Watched {
     /// The value in the unit of the thresholds, or the reason why there is none.
     pub(crate) fn value(&self, tag: &TagValue) -> Result<f64, &'static str> {
         let conversion = self.conversion?;
-        match (tag.quality, tag.value) {
+        match (tag.quality, &tag.value) {
             (_, None) => Err("no value yet"),
             (Quality::Bad(Reason::Stale), _) => Err("stale"),
             (Quality::Bad(_), _) => Err("bad"),
             (Quality::Uncertain(_), _) => Err("uncertain"),
-            (Quality::Good, Some(Value::Bool(_) | Value::DoublePoint(_))) => Err("no number"),
+            (Quality::Good, Some(Value::Bool(_) | Value::DoublePoint(_) | Value::Text(_))) => {
+                Err("no number")
+            }
             (Quality::Good, Some(_)) => {
                 let value = tag.number().map(|number| conversion.apply(number));
                 value.filter(|value| value.is_finite()).ok_or("not a finite number")

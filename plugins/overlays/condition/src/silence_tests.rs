@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, Drawing, InputGenerator, check_verdicts, draw, host, silence_cases,
 };
-use busbar_plugin_sdk::{Origin, Reason, Value, ValueKind, Verdict};
+use busbar_plugin_sdk::{Origin, Reason, Text, Value, ValueKind, Verdict};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -137,6 +137,31 @@ fn two_quantities_of_one_role_are_both_judged() {
     settings["quantities"].as_array_mut().expect("a list").push(strict);
     let drawing = drawn(&settings, vec![binding("T1", "core", "mA")], &[good(1.5)]);
     assert_eq!(drawing.verdicts[0].reason, "Strict: 1.50 mA, attention from 1");
+}
+
+#[test]
+fn a_text_is_no_quantity_and_is_told() {
+    for word in ["", "20", "LOW"] {
+        let word = Some(Value::Text(Text::new(word).expect("it fits")));
+        let word = TagValue { value: word, ..good(0.0) };
+        for kind in [ValueKind::F64, ValueKind::Text] {
+            let text = Binding { kind, ..binding("T1", "core", "mA") };
+            let mut overlay = overlay(&core_current());
+            let values = std::slice::from_ref(&word);
+            let drawing = draw(&mut overlay, vec![text], values).expect("it draws");
+            let verdict = &drawing.verdicts[0];
+            assert_eq!(
+                (verdict.verdict, &*verdict.reason),
+                (Verdict::Unknown, "T1.core: no number")
+            );
+            assert!(drawing.lines.is_empty() && drawing.states.is_empty());
+            let findings = overlay.describe().findings;
+            assert_eq!(findings.len(), usize::from(kind == ValueKind::Text));
+            let is_it =
+                |of: &String| of.starts_with("the tag 'T1.core' in the role 'core' at 'T1'");
+            assert!(findings.iter().all(is_it), "{findings:?}");
+        }
+    }
 }
 
 /// Units of a tag with the factor to mA; none where there is no conversion.

@@ -7,7 +7,7 @@ use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, Drawing, DrawnQuantity, InputGenerator, check_verdicts, draw, host,
     silence_cases,
 };
-use busbar_plugin_sdk::{Origin, Quality, Reason, Value, ValueKind, Verdict};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Text, Value, ValueKind, Verdict};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -99,6 +99,26 @@ fn what_bindings_lack_is_a_finding_unless_it_is_declared() {
     let reasons: Vec<&str> = drawing.verdicts.iter().map(|of| of.reason.as_str()).collect();
     assert_eq!(reasons[1..], ["no tag has the role 'contact'", "declared untelemetered"]);
     assert!(drawing.verdicts.iter().all(|of| of.verdict == Verdict::Unknown));
+}
+
+#[test]
+fn a_text_is_no_level_and_is_told() {
+    let unknown = (Verdict::Unknown, false);
+    for word in ["", "20", "LOW"] {
+        let word = Some(Value::Text(Text::new(word).expect("it fits")));
+        let word = TagValue { value: word, ..good(0.0) };
+        let drawing = check("°C", word.clone(), unknown, "A.T: no number");
+        assert!(drawing.quantities.is_empty() && drawing.lines.is_empty());
+        let text = Binding { kind: ValueKind::Text, ..binding("") };
+        let mut overlay = overlay(&settings());
+        let drawing = draw(&mut overlay, vec![text], &[word]).expect("it draws");
+        assert_eq!(drawing.verdicts[0].verdict, Verdict::Unknown);
+        assert_eq!(drawing.verdicts[0].reason, "A.T: no number");
+        assert!(drawing.quantities.is_empty(), "a good zero would be a lie");
+        let findings = overlay.describe().findings;
+        let [finding] = findings.as_slice() else { panic!("{findings:?}") };
+        assert!(finding.starts_with("the tag 'A.T' in the role 'contact' at 'A' is no number; "));
+    }
 }
 
 /// Conversion of a unit to °C; none where there is none.

@@ -50,8 +50,8 @@ fn each_value_is_a_level_at_its_equipment_good_or_not() {
         origin: Origin::LIVE,
     };
     let (good, stale) = (Quality::Good, Quality::Bad(Reason::Stale));
-    let values = [value(Some(1.0), good), value(Some(52.5), stale), value(Some(3.0), good)];
-    let values = [values[0], values[1], values[2], value(None, stale)];
+    let known = [(Some(1.0), good), (Some(52.5), stale), (Some(3.0), good), (None, stale)];
+    let values = known.map(|(number, quality)| value(number, quality));
     let drawn = draw(&mut overlay(settings()).unwrap(), bindings, &values).unwrap();
     let expected = [DrawnQuantity::Level([3, 0], 0.0), DrawnQuantity::Level([1, 1], 52.5)];
     assert_eq!(drawn.quantities, expected);

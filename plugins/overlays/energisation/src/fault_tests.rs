@@ -8,7 +8,7 @@ use fastrand::Rng;
 
 use crate::enumeration_tests::{SEED, cases};
 use crate::random_network::RandomNetwork;
-use crate::test_station::{CLOSED, MOVING, NO, OPEN, YES};
+use crate::test_station::{CLOSED, MOVING, NO, OPEN, YES, text};
 use crate::*;
 
 const BAD_STATE: Value = Value::DoublePoint(DoublePoint::BadState);
@@ -28,7 +28,7 @@ impl Tags {
     fn add(&mut self, id: &str, role: &str, unit: &str, value: Option<Value>, quality: Quality) {
         self.bindings.push(Binding {
             node: 0,
-            kind: value.map_or(ValueKind::F64, Value::kind),
+            kind: value.as_ref().map_or(ValueKind::F64, Value::kind),
             limit_low: None,
             limit_high: None,
             tag_id: format!("{id}.{role}"),
@@ -51,13 +51,14 @@ impl Tags {
 
     /// Something that tells no position, or none that may be believed.
     fn faulty(&mut self, id: &str, role: &str, random: &mut Rng) {
-        let (value, quality) = match random.usize(0..7) {
+        let (value, quality) = match random.usize(0..8) {
             0 => (None, Quality::Bad(Reason::NotConnected)),
             1 => (Some(OPEN), STALE),
             2 => (Some(YES), UNCERTAIN),
             3 => (Some(MOVING), GOOD),
             4 => (Some(BAD_STATE), GOOD),
             5 => (Some(CLOSED), STALE),
+            6 => (Some(text(["", "on", "1", "OPEN"][random.usize(0..4)])), GOOD),
             _ => (Some(Value::F64(f64::NAN)), GOOD),
         };
         self.add(id, role, "", value, quality);
@@ -95,7 +96,7 @@ impl Tags {
                 self.any(id, "position", random);
             }
             (Position::Open | Position::Closed, 3) => {
-                POLES.into_iter().for_each(|role| self.good(id, role, double));
+                POLES.into_iter().for_each(|role| self.good(id, role, double.clone()));
             }
             (Position::Open | Position::Closed, 4) => {
                 // Substituted by hand, which devices call uncertain.
@@ -112,7 +113,7 @@ impl Tags {
             }
             (Position::Unknown, 2) => {
                 let same = if random.bool() { CLOSED } else { OPEN };
-                self.good(id, POLES[0], same);
+                self.good(id, POLES[0], same.clone());
                 self.good(id, POLES[1], same);
                 if random.bool() {
                     self.faulty(id, POLES[2], random);

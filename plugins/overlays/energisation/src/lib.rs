@@ -206,7 +206,7 @@ impl EnergisationOverlay {
 
     fn read(&mut self, values: &[TagValue]) -> Readings {
         self.values.clear();
-        self.values.extend(values.iter().map(|tag| (tag.value, tag.quality)));
+        self.values.extend(values.iter().map(|tag| (tag.value.clone(), tag.quality)));
         let Self { network, source_memories, .. } = self;
         let sources = network.sources.iter().zip(source_memories);
         Readings {
@@ -221,9 +221,9 @@ impl EnergisationOverlay {
         let Self { network, source_memories, .. } = self;
         let mut switches = Vec::new();
         for (binding, (tag, known)) in values.iter().zip(&mut self.values).enumerate() {
-            let now = (tag.value, tag.quality);
-            if now != *known {
-                *known = now;
+            let (value, quality) = &*known;
+            if tag.value != *value || tag.quality != *quality {
+                *known = (tag.value.clone(), tag.quality);
                 switches.extend_from_slice(network.switches_of_binding.row(binding));
             }
         }

@@ -95,6 +95,8 @@ fn values_of_any_kind_in_any_role_are_read() {
         Some(Value::F64(f64::NEG_INFINITY)),
         Some(Value::F64(f64::MAX)),
         Some(Value::F64(-0.0)),
+        Some(text("")),
+        Some(text("on")),
     ];
     let mut random = fastrand::Rng::with_seed(39);
     for _ in 0..2_000 {
@@ -105,7 +107,7 @@ fn values_of_any_kind_in_any_role_are_read() {
                 equipment[random.usize(0..equipment.len())],
                 roles[random.usize(0..roles.len())],
                 ["", "kV", "MW", "%", "bananas"][random.usize(0..5)],
-                values[random.usize(0..values.len())],
+                values[random.usize(0..values.len())].clone(),
                 [good, good, quality][random.usize(0..3)],
             )
         };

@@ -104,6 +104,7 @@ impl Network {
             network.findings.clear();
         } else {
             network.find_missing_tags();
+            network.find_mismatched_kinds(bindings);
         }
         Ok(network)
     }

@@ -59,6 +59,8 @@ pub enum SourceCondition {
     NotGood,
     /// A double point at neither of its ends.
     Undecided,
+    /// A text, which is neither a state nor a number.
+    IsText,
     /// Power below what counts: it may spin without load.
     NoPower,
     /// Voltage that is not surely present.
@@ -143,7 +145,7 @@ impl SourceWiring {
         if value.quality != Quality::Good {
             return Evidence::Open(SourceCondition::NotGood);
         }
-        match value.value {
+        match &value.value {
             Some(Value::Bool(true) | Value::DoublePoint(DoublePoint::On)) => {
                 Evidence::Feeds { is_assumed: false }
             }
@@ -153,6 +155,7 @@ impl SourceWiring {
                 Some(number) => self.evidence_of_number(tag.unit, number, memory),
                 None => Evidence::Open(SourceCondition::NotGood),
             },
+            Some(Value::Text(_)) => Evidence::Open(SourceCondition::IsText),
             None => Evidence::Open(SourceCondition::NotGood),
         }
     }
@@ -218,6 +221,9 @@ impl SourceCondition {
             }
             Self::NotGood => format!("the source {id} has no good value: it may feed"),
             Self::Undecided => format!("the source {id} is neither on nor off"),
+            Self::IsText => {
+                format!("the tag of the source {id} is a text, no state or number: it may feed")
+            }
             Self::NoPower => format!("the source {id} is without power: it may feed all the same"),
             Self::NoVoltage => format!("the voltage of the source {id} is not surely present"),
             Self::PowerThoughOff => {

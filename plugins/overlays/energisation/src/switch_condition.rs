@@ -79,7 +79,7 @@ pub enum SwitchCondition {
         /// The role of the tag.
         role: SwitchRole,
     },
-    /// A number, which is no position.
+    /// A number or a text, which is no position.
     NoPosition,
     /// No tag tells its position.
     NoTag,
@@ -115,7 +115,7 @@ impl SwitchCondition {
                 format!("the tag in the role '{}' of {id} is not good", role.name())
             }
             Self::NoPosition => {
-                format!("the tag of {id} is a number: a position is a double_point or a bool")
+                format!("the tag of {id} is no state: a position is a double_point or a bool")
             }
             Self::NoTag => format!("{id} has no tag for its position"),
             Self::NoTagAtPole(pole) => {

@@ -149,7 +149,7 @@ impl SwitchWiring {
         let Some(binding) = self.hand_dressed else { return self.read_contacts(values, false) };
         let tag = &values[binding];
         let is_good = tag.quality == Quality::Good;
-        match tag.value {
+        match &tag.value {
             // The position itself, set by hand.
             Some(Value::DoublePoint(DoublePoint::Off)) if is_good => {
                 SwitchReading { position: Position::Open, condition, basis: one(Some(binding)) }
@@ -186,7 +186,7 @@ impl SwitchWiring {
     fn read_contacts(&self, values: &[TagValue], is_hand_dressed: bool) -> SwitchReading {
         let read = |contact: &Contact| {
             let tag = &values[contact.binding];
-            match (tag.quality, tag.value) {
+            match (tag.quality, &tag.value) {
                 (Quality::Uncertain(_), Some(value)) if is_hand_dressed => position_of(value),
                 (Quality::Good, Some(value)) => position_of(value),
                 _ => Err(SwitchCondition::NotGood { role: SwitchRole::Position }),
@@ -240,18 +240,18 @@ pub(crate) const HAND_DRESSED: &str = "hand_dressed";
 pub(crate) const PORTABLE_EARTH: &str = "portable_earth";
 
 /// The position that a value is.
-fn position_of(value: Value) -> Result<Position, SwitchCondition> {
+fn position_of(value: &Value) -> Result<Position, SwitchCondition> {
     match value {
         Value::DoublePoint(DoublePoint::Off) | Value::Bool(false) => Ok(Position::Open),
         Value::DoublePoint(DoublePoint::On) | Value::Bool(true) => Ok(Position::Closed),
         Value::DoublePoint(DoublePoint::Intermediate) => Err(SwitchCondition::InMotion),
         Value::DoublePoint(DoublePoint::BadState) => Err(SwitchCondition::BadState),
-        Value::F64(_) | Value::I64(_) => Err(SwitchCondition::NoPosition),
+        Value::F64(_) | Value::I64(_) | Value::Text(_) => Err(SwitchCondition::NoPosition),
     }
 }
 
 fn flag(tag: &TagValue) -> Flag {
-    match tag.value.filter(|_| tag.quality == Quality::Good).map(position_of) {
+    match tag.value.as_ref().filter(|_| tag.quality == Quality::Good).map(position_of) {
         Some(Ok(Position::Closed)) => Flag::True,
         Some(Ok(Position::Open)) => Flag::False,
         _ => Flag::Unknown,

@@ -25,6 +25,10 @@ pub(crate) struct Tag(
     pub(crate) Quality,
 );
 
+pub(crate) fn text(text: &str) -> Value {
+    Value::Text(busbar_plugin_sdk::Text::new(text).unwrap())
+}
+
 pub(crate) fn tag(id: &'static str, role: &'static str, value: Value) -> Tag {
     Tag(id, role, "", Some(value), Quality::Good)
 }
@@ -59,7 +63,7 @@ impl Station {
         let mut overlay = EnergisationOverlay::create(settings, host()).unwrap();
         let binding = |Tag(id, role, unit, value, _): &Tag| Binding {
             node: 0,
-            kind: value.map_or(ValueKind::F64, Value::kind),
+            kind: value.as_ref().map_or(ValueKind::F64, Value::kind),
             limit_low: None,
             limit_high: None,
             tag_id: format!("{id}.{role}"),
@@ -154,7 +158,7 @@ pub(crate) fn generator() -> Json {
 
 pub(crate) fn values(tags: &[Tag]) -> Vec<TagValue> {
     let value = |Tag(_, _, _, value, quality): &Tag| TagValue {
-        value: *value,
+        value: value.clone(),
         quality: *quality,
         age: Duration::ZERO,
         origin: Origin::LIVE,

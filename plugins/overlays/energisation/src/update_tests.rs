@@ -126,7 +126,8 @@ fn tags_that_change_are_read_and_judged_as_all_tags_are() {
         "voltage_l1",
         "fuse_fault",
     ];
-    let values = [None, Some(YES), Some(NO), Some(MOVING), Some(CLOSED), Some(OPEN)];
+    let [yes, no, moving, word] = [YES, NO, MOVING, text("on")].map(Some);
+    let values = [None, yes, no, moving, Some(CLOSED), Some(OPEN), word];
     let mut counts = [0; 2];
     for case in 0..500 {
         let random = &mut Rng::with_seed(SEED << 52 | case);
@@ -134,7 +135,7 @@ fn tags_that_change_are_read_and_judged_as_all_tags_are() {
             "active_power" | "voltage_l1" => {
                 Some(busbar_plugin_sdk::Value::F64([0.0, 5.0, 12.0, 64.0][random.usize(0..4)]))
             }
-            _ => values[random.usize(0..values.len())],
+            _ => values[random.usize(0..values.len())].clone(),
         };
         let qualities = {
             let good = tag("", "", YES).4;
@@ -173,10 +174,10 @@ fn tags_that_change_are_read_and_judged_as_all_tags_are() {
 
 /// Runs rounds in which a switch changes between two values; returns the most bytes of texts
 /// and the most lists.
-fn most_kept(station: &mut Station, values: [busbar_plugin_sdk::Value; 2]) -> [usize; 2] {
+fn most_kept(station: &mut Station, values: &[busbar_plugin_sdk::Value; 2]) -> [usize; 2] {
     let mut most = [0; 2];
     for round in 0..120_000 {
-        station.update(&switches(CLOSED, values[round % 2], OPEN, OPEN));
+        station.update(&switches(CLOSED, values[round % 2].clone(), OPEN, OPEN));
         let judgments = station.overlay.judgments();
         most = [most[0].max(judgments.text_bytes()), most[1].max(judgments.list_count())];
     }
@@ -187,10 +188,10 @@ fn most_kept(station: &mut Station, values: [busbar_plugin_sdk::Value; 2]) -> [u
 fn texts_and_lists_that_nothing_shows_any_more_are_removed() {
     let tags = switches(CLOSED, CLOSED, OPEN, OPEN);
     let mut station = station(&two_levels(), &tags);
-    let [texts, _] = most_kept(&mut station, [MOVING, CLOSED]);
+    let [texts, _] = most_kept(&mut station, &[MOVING, CLOSED]);
     assert!((1 << 20..2 << 20).contains(&texts), "{texts}");
     assert_eq!(station.judgment("BUS").reason, "");
-    let [texts, lists] = most_kept(&mut station, [OPEN, CLOSED]);
+    let [texts, lists] = most_kept(&mut station, &[OPEN, CLOSED]);
     assert!((1 << 16..1 << 17).contains(&lists), "{texts} {lists}");
     assert_eq!(station.state("BUS"), PieceState::Energised);
 }

@@ -1,7 +1,7 @@
 //! Measuring points at the ends of flows, and judgments by their tags.
 
 use busbar_plugin_sdk::units::{Quantity, UnitConversion};
-use busbar_plugin_sdk::{Binding, Quality, Reason, TagValue, Value, ValueKind};
+use busbar_plugin_sdk::{Binding, Quality, Reason, TagValue, Value};
 
 use crate::settings::FlowSettings;
 
@@ -135,12 +135,14 @@ impl PowerTag {
     pub(crate) fn value(&self, values: &[TagValue]) -> Result<f64, &'static str> {
         let conversion = self.conversion?;
         let tag = values.get(self.binding).ok_or("no value yet")?;
-        match (tag.quality, tag.value) {
+        match (tag.quality, &tag.value) {
             (_, None) => Err("no value yet"),
             (Quality::Bad(Reason::Stale), _) => Err("stale"),
             (Quality::Bad(_), _) => Err("bad"),
             (Quality::Uncertain(_), _) => Err("uncertain"),
-            (Quality::Good, Some(Value::Bool(_) | Value::DoublePoint(_))) => Err("no number"),
+            (Quality::Good, Some(Value::Bool(_) | Value::DoublePoint(_) | Value::Text(_))) => {
+                Err("no number")
+            }
             (Quality::Good, Some(_)) => {
                 let value = tag.number().map(|number| conversion.apply(number));
                 value.filter(|value| value.is_finite()).ok_or("not a finite number")
@@ -165,7 +167,7 @@ fn conversion(
     unit: &str,
     findings: &mut Vec<String>,
 ) -> Result<UnitConversion, &'static str> {
-    if !matches!(binding.kind, ValueKind::F64 | ValueKind::I64) {
+    if !binding.kind.is_quantity() {
         let Binding { tag_id, role, node_id, .. } = binding;
         findings.push(format!(
             "the tag '{tag_id}' in the role '{role}' at '{node_id}' is no number; bind one of the \

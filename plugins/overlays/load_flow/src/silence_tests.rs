@@ -7,7 +7,7 @@ use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, Drawing, DrawnQuantity, DrawnVerdict, InputGenerator, check_verdicts, draw,
     host, silence_cases,
 };
-use busbar_plugin_sdk::{Origin, Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Text, Value, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -183,7 +183,7 @@ fn what_bindings_lack_is_a_finding_unless_it_is_declared() {
     let torn = verdict(&settings(), vec![binding("A", "active_power", "A")], &[good(1.0)]);
     assert_eq!(torn.reason, "A.P: its unit cannot be converted");
     let none =
-        verdict(&settings(), vec![binding("A", "active_power", ""), q("A")], &[good(1.0); 2]);
+        verdict(&settings(), vec![binding("A", "active_power", ""), q("A")], &[1.0; 2].map(good));
     assert_eq!((none.verdict, &*none.reason), (Verdict::Normal, "assumed: A.P is in MW"));
     let described = overlay(&line()).describe().equipment;
     assert_eq!(described, ["A", "B", "Z"], "each once");
@@ -217,6 +217,31 @@ fn settings_that_make_no_sense_are_told() {
         let settings = serde_json::from_value(settings).expect("settings");
         let fault = LoadFlow::create(settings, host()).err().expect("a fault").to_string();
         assert!(fault.contains(words), "{fault}");
+    }
+}
+
+#[test]
+fn a_text_is_no_power_and_is_told() {
+    for word in ["", "80", "HIGH"] {
+        let word = Some(Value::Text(Text::new(word).expect("it fits")));
+        let word = TagValue { value: word, ..good(0.0) };
+        let of = |values: [TagValue; 2]| verdict(&settings(), vec![p("A"), q("A")], &values);
+        assert_eq!(of([word.clone(), good(1.0)]).reason, "A.P: no number");
+        assert_eq!(of([good(80.0), word.clone()]).reason, "A.Q: no number");
+        for (place, role) in [(0, "active_power"), (1, "reactive_power")] {
+            let mut bindings = vec![p("A"), q("A")];
+            bindings[place].kind = ValueKind::Text;
+            let mut values = [good(80.0), good(1.0)];
+            values[place] = word.clone();
+            let mut overlay = overlay(&settings());
+            let drawing = draw(&mut overlay, bindings, &values).expect("it draws");
+            assert_eq!(drawing.verdicts[0].verdict, Verdict::Unknown, "{role}");
+            assert!(drawing.verdicts[0].reason.ends_with(": no number"), "{drawing:?}");
+            assert_eq!(drawing.lines[place].text, "–", "a text is no power");
+            let findings = overlay.describe().findings;
+            let [finding] = findings.as_slice() else { panic!("{findings:?}") };
+            assert!(finding.contains(&format!("in the role '{role}' at 'A' is no number; ")));
+        }
     }
 }
 

@@ -3,12 +3,12 @@
 use busbar_plugin_sdk::{DoublePoint, Value};
 
 /// Formats a value with its unit; a dash where none came yet.
-pub(crate) fn value(value: Option<Value>, unit: &str) -> String {
+pub(crate) fn value(value: Option<&Value>, unit: &str) -> String {
     match value {
         None => "–".into(),
-        Some(Value::F64(value)) => with_unit(number(value), unit),
+        Some(Value::F64(value)) => with_unit(number(*value), unit),
         Some(Value::I64(value)) => with_unit(value.to_string(), unit),
-        Some(Value::Bool(value)) => (if value { "on" } else { "off" }).into(),
+        Some(Value::Bool(value)) => (if *value { "on" } else { "off" }).into(),
         Some(Value::DoublePoint(point)) => match point {
             DoublePoint::Intermediate => "travelling",
             DoublePoint::Off => "open",
@@ -16,6 +16,10 @@ pub(crate) fn value(value: Option<Value>, unit: &str) -> String {
             DoublePoint::BadState => "invalid",
         }
         .into(),
+        // Nothing at all would look like a value that is missing.
+        Some(Value::Text(text)) if text.as_str().is_empty() => "(empty)".into(),
+        // A text stands for itself: no unit belongs to it.
+        Some(Value::Text(text)) => text.as_str().to_owned(),
     }
 }
 
@@ -43,12 +47,14 @@ fn with_unit(text: String, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use busbar_plugin_sdk::Text;
+
     use super::*;
 
     #[test]
     fn values_read_well() {
         let check = |given: Option<Value>, unit, expected| {
-            assert_eq!(value(given, unit), expected);
+            assert_eq!(value(given.as_ref(), unit), expected);
         };
         check(None, "kV", "–");
         check(Some(Value::F64(231.449)), "kV", "231.4 kV");
@@ -60,5 +66,9 @@ mod tests {
         check(Some(Value::I64(-3)), "", "-3");
         check(Some(Value::Bool(true)), "", "on");
         check(Some(Value::DoublePoint(DoublePoint::On)), "", "closed");
+        for text in ["AUTO", "–12.3", "Öl 電 🔌"] {
+            check(Text::new(text).map(Value::Text), "kV", text);
+        }
+        check(Text::new("").map(Value::Text), "kV", "(empty)");
     }
 }

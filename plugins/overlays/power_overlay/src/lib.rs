@@ -45,6 +45,7 @@ impl Overlay for PowerOverlay {
     fn describe(&self) -> Description {
         Description {
             equipment: self.pieces.iter().map(|piece| piece.id.clone()).collect(),
+            findings: pieces::findings(&self.bindings),
             ..Description::default()
         }
     }
@@ -58,9 +59,9 @@ impl Overlay for PowerOverlay {
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let values: Vec<TagValue> = frame.values().collect();
         for (index, (binding, tag)) in self.bindings.iter().zip(&values).enumerate() {
-            let severity =
-                tag.value.map_or(Severity::Normal, |value| pieces::severity(binding, value));
-            let text = format::value(tag.value, &binding.unit);
+            let value = tag.value.as_ref();
+            let severity = value.map_or(Severity::Normal, |value| pieces::severity(binding, value));
+            let text = format::value(value, &binding.unit);
             canvas.line(index, binding.node, severity, &binding.tag_name, &text)?;
             if self.settings.tint && severity > Severity::Normal {
                 canvas.tint(index, binding.node, severity)?;

@@ -50,7 +50,21 @@ fn has_criterion(binding: &Binding) -> bool {
         ValueKind::Bool => binding.role == ALARM_ROLE,
         // Both contacts at once are a fault whatever the limits.
         ValueKind::DoublePoint => true,
+        // No text is abnormal by itself, but nobody knows of an alarm in words.
+        ValueKind::Text => binding.role == ALARM_ROLE,
     }
+}
+
+/// Lists the faults of the bindings: alarms that are texts, which nothing tells from normal ones.
+pub(crate) fn findings(bindings: &[Binding]) -> Vec<String> {
+    let is_it = |of: &&Binding| of.kind == ValueKind::Text && of.role == ALARM_ROLE;
+    let finding = |Binding { tag_id, role, node_id, .. }: &Binding| {
+        format!(
+            "the tag '{tag_id}' in the role '{role}' at '{node_id}' is a text, which is neither on \
+             nor off; bind it in another role"
+        )
+    };
+    bindings.iter().filter(is_it).map(finding).collect()
 }
 
 impl Piece {
@@ -62,7 +76,7 @@ impl Piece {
         canvas: &mut Canvas<'_>,
     ) -> Result<(), Error> {
         let doubt = |index: usize| doubt_of(&bindings[index], values.get(index));
-        let severity = |index: usize| match values[index].value {
+        let severity = |index: usize| match &values[index].value {
             Some(value) if doubt(index).is_none() => severity(&bindings[index], value),
             _ => Severity::Normal,
         };
@@ -71,7 +85,7 @@ impl Piece {
         if let Some(first) = abnormal.next() {
             let count = 1 + abnormal.count();
             let basis = canvas.basis(self.judged.iter().copied().filter(is_abnormal))?;
-            let reason = abnormal_reason(&bindings[first], values[first].value, count);
+            let reason = abnormal_reason(&bindings[first], values[first].value.as_ref(), count);
             let is_alarm = |index: &usize| severity(*index) == Severity::Alarm;
             let is_doubted =
                 |index: &usize| bindings[*index].role == ALARM_ROLE && doubt(*index).is_some();
@@ -114,32 +128,37 @@ fn doubt_of(binding: &Binding, tag: Option<&TagValue>) -> Option<&'static str> {
         (Quality::Bad(_), _) => Some("bad"),
         (Quality::Uncertain(_), _) => Some("uncertain"),
         (Quality::Good, Value::F64(number)) if !number.is_finite() => Some("not a finite number"),
-        (Quality::Good, value) if !is_of(binding.kind, *value) => {
+        (Quality::Good, value) if !is_of(binding.kind, value.kind()) => {
             Some("a value of another type than the tag's")
+        }
+        (Quality::Good, Value::Text(_)) if binding.role == ALARM_ROLE => {
+            Some("a text, which is neither on nor off")
         }
         (Quality::Good, _) => None,
     }
 }
 
 /// Decides whether a value fits a tag of this type: numbers stand for each other.
-fn is_of(kind: ValueKind, value: Value) -> bool {
-    let is_number = |kind| matches!(kind, ValueKind::F64 | ValueKind::I64);
-    value.kind() == kind || (is_number(kind) && is_number(value.kind()))
+fn is_of(kind: ValueKind, of_value: ValueKind) -> bool {
+    of_value == kind || (kind.is_quantity() && of_value.is_quantity())
 }
 
 /// Severity of a value. In the role `alarm`, outside the normal band or `true` is an alarm;
-/// in any other role, outside the band is a warning.
-pub(crate) fn severity(binding: &Binding, value: Value) -> Severity {
+/// in any other role, outside the band is a warning. A text is normal.
+pub(crate) fn severity(binding: &Binding, value: &Value) -> Severity {
     let is_alarm = binding.role == ALARM_ROLE;
+    // Limits are of quantities.
     let is_outside = |value: f64| {
-        binding.limit_low.is_some_and(|low| value < low)
-            || binding.limit_high.is_some_and(|high| value > high)
+        binding.kind.is_quantity()
+            && (binding.limit_low.is_some_and(|low| value < low)
+                || binding.limit_high.is_some_and(|high| value > high))
     };
     let is_abnormal = match value {
-        Value::F64(value) => is_outside(value),
-        Value::I64(value) => is_outside(value as f64),
-        Value::Bool(value) => is_alarm && value,
-        Value::DoublePoint(point) => point == DoublePoint::BadState,
+        Value::F64(value) => is_outside(*value),
+        Value::I64(value) => is_outside(*value as f64),
+        Value::Bool(value) => is_alarm && *value,
+        Value::DoublePoint(point) => *point == DoublePoint::BadState,
+        Value::Text(_) => false,
     };
     match (is_abnormal, is_alarm) {
         (false, _) => Severity::Normal,
@@ -148,13 +167,9 @@ pub(crate) fn severity(binding: &Binding, value: Value) -> Severity {
     }
 }
 
-fn abnormal_reason(binding: &Binding, value: Option<Value>, count: usize) -> String {
+fn abnormal_reason(binding: &Binding, value: Option<&Value>, count: usize) -> String {
     let Binding { tag_id, unit, limit_low, limit_high, .. } = binding;
-    let number = match value {
-        Some(Value::F64(value)) => Some(value),
-        Some(Value::I64(value)) => Some(value as f64),
-        _ => None,
-    };
+    let number = value.and_then(Value::as_number);
     let below = limit_low.filter(|low| number.is_some_and(|value| value < *low));
     let mut reason = format!("{tag_id}: {}", format::value(value, unit));
     // A string takes all that is written; a limit of -0 is one of 0.

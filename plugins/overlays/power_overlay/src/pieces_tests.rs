@@ -6,7 +6,7 @@ use std::time::Duration;
 use busbar_plugin_sdk::testing::{
     AdmittedVerdicts, DrawnVerdict, InputGenerator, check_verdicts, draw, host, silence_cases,
 };
-use busbar_plugin_sdk::{Origin, Overlay, Plugin, Verdict};
+use busbar_plugin_sdk::{Origin, Overlay, Plugin, Text, Verdict};
 
 use super::*;
 use crate::PowerOverlay;
@@ -37,6 +37,10 @@ fn good(value: f64) -> TagValue {
     tag(Value::F64(value), Quality::Good)
 }
 
+fn text(text: &str) -> Value {
+    Value::Text(Text::new(text).expect("it fits"))
+}
+
 fn overlay() -> PowerOverlay {
     PowerOverlay::create(crate::Settings::default(), host()).expect("it is made")
 }
@@ -52,7 +56,7 @@ fn verdict(bindings: Vec<Binding>, values: &[TagValue]) -> DrawnVerdict {
 fn severity_follows_band_and_role() {
     let check = |role, value, expected| {
         let binding = binding("T", role, ValueKind::F64, [Some(10.0), Some(95.0)]);
-        assert_eq!(severity(&binding, value), expected, "{role} {value:?}");
+        assert_eq!(severity(&binding, &value), expected, "{role} {value:?}");
     };
     check("value", Value::F64(95.0), Severity::Normal);
     check("value", Value::F64(95.1), Severity::Warning);
@@ -62,6 +66,7 @@ fn severity_follows_band_and_role() {
     check("value", Value::Bool(true), Severity::Normal);
     check("value", Value::DoublePoint(DoublePoint::BadState), Severity::Warning);
     check("value", Value::DoublePoint(DoublePoint::Intermediate), Severity::Normal);
+    check("alarm", text("120"), Severity::Normal);
 }
 
 #[test]
@@ -93,6 +98,7 @@ fn limits_decide_and_what_is_not_known_is_unknown_with_tag_and_reason() {
         (good(f64::NAN), "not a finite number"),
         (good(f64::INFINITY), "not a finite number"),
         (tag(Value::Bool(false), Quality::Good), "a value of another type than the tag's"),
+        (tag(text("61"), Quality::Good), "a value of another type than the tag's"),
     ] {
         let unknown = of(value);
         assert_eq!(unknown.verdict, Verdict::Unknown, "{words}");
@@ -106,7 +112,7 @@ fn what_is_abnormal_for_sure_stands_beside_what_is_not_known() {
     let alarm = binding("T1.Buchholz", "alarm", ValueKind::Bool, [None; 2]);
     let stale = tag(Value::F64(61.0), Quality::Bad(Reason::Stale));
     let tripped = tag(Value::Bool(true), Quality::Good);
-    let of = verdict(vec![oil(), alarm.clone()], &[stale, tripped]);
+    let of = verdict(vec![oil(), alarm.clone()], &[stale, tripped.clone()]);
     assert_eq!((of.verdict, of.basis), (Verdict::Abnormal, vec![1]));
     assert_eq!(of.reason, "T1.Buchholz: on");
     let of = verdict(vec![oil(), alarm.clone()], &[good(96.0), tripped]);
@@ -131,30 +137,35 @@ fn silence_of_limits_is_no_health() {
 
 /// Returns a binding with a criterion of its own, a value, and all values that it may have.
 fn random_tag(inputs: &mut InputGenerator) -> (Binding, Value, Vec<Value>) {
+    let texts = ["", "120", "on", "AUTO"].map(text);
     let numbers = [-50.0, -0.001, 0.0, 10.0, 10.5, 95.0, 95.5, 1e300].map(Value::F64);
     let bools = [false, true].map(Value::Bool);
     let points = [0, 1, 2, 3].map(|bits| Value::DoublePoint(DoublePoint::from_bits(bits)));
-    let (kind, all) = match inputs.below(3) {
+    let (kind, all) = match inputs.below(4) {
         0 => (ValueKind::F64, numbers.to_vec()),
         1 => (ValueKind::Bool, bools.to_vec()),
-        _ => (ValueKind::DoublePoint, points.to_vec()),
+        2 => (ValueKind::DoublePoint, points.to_vec()),
+        _ => (ValueKind::Text, texts.to_vec()),
     };
     let role = inputs.choice(&["value", "alarm"]);
     let limits = [inputs.choice(&[None, Some(10.0)]), inputs.choice(&[None, Some(95.0)])];
-    let value = inputs.choice(&all);
+    let value = all[inputs.below(all.len())].clone();
     (binding("T", role, kind, limits), value, all)
 }
 
-/// Reference rule: a tag is abnormal outside its limits, on as an alarm, or in a bad state.
-fn is_abnormal(binding: &Binding, value: Value) -> bool {
+/// Reference rule: a tag is abnormal outside its limits, on as an alarm, or in a bad state. A text
+/// never is, and what it says as an alarm is not known.
+fn is_abnormal(binding: &Binding, value: &Value) -> [bool; 2] {
     let low = binding.limit_low.unwrap_or(f64::NEG_INFINITY);
     let high = binding.limit_high.unwrap_or(f64::INFINITY);
-    match value {
-        Value::F64(value) => !(low..=high).contains(&value),
+    let is_abnormal = match value {
+        Value::F64(value) => !(low..=high).contains(value),
         Value::I64(_) => unreachable!("none is made"),
-        Value::Bool(value) => value && binding.role == "alarm",
-        Value::DoublePoint(point) => point == DoublePoint::BadState,
-    }
+        Value::Bool(value) => *value && binding.role == "alarm",
+        Value::DoublePoint(point) => *point == DoublePoint::BadState,
+        Value::Text(_) => return [false, binding.role == "alarm"],
+    };
+    [is_abnormal; 2]
 }
 
 #[test]
@@ -167,10 +178,11 @@ fn verdicts_are_never_silent() {
         let (mut values, mut completions) = (Vec::new(), vec![false]);
         let mut is_any_known = false;
         for (binding, value, all) in &tags {
-            let (given, fault) = inputs.input(*value);
+            let (given, fault) = inputs.input(value.clone());
             is_any_known |= fault.is_none();
             let possible = if fault.is_none() { std::slice::from_ref(value) } else { all };
-            let of_tag: Vec<bool> = possible.iter().map(|one| is_abnormal(binding, *one)).collect();
+            let of_tag: Vec<bool> =
+                possible.iter().flat_map(|one| is_abnormal(binding, one)).collect();
             completions = completions
                 .iter()
                 .flat_map(|before| of_tag.iter().map(move |one| before | one))
@@ -211,4 +223,53 @@ fn an_abnormal_verdict_is_a_warning_only_where_no_alarm_can_be() {
         let found = verdict(vec![oil(), trip()], &values);
         assert_eq!((found.verdict, found.severity), (Verdict::Abnormal, expected), "{found:?}");
     }
+}
+
+#[test]
+fn a_text_is_a_line_of_its_label_and_decides_nothing() {
+    let mode = || binding("T1.Mode", "mode", ValueKind::Text, [Some(10.0), Some(95.0)]);
+    let drawn = |value: TagValue| draw(&mut overlay(), vec![mode()], &[value]).expect("it draws");
+    for word in ["AUTO", "120", "on"] {
+        let drawing = drawn(tag(text(word), Quality::Good));
+        let [line] = drawing.lines.as_slice() else { panic!("{drawing:?}") };
+        assert_eq!((line.node, line.severity), (1, Severity::Normal));
+        assert_eq!((line.caption.as_str(), line.text.as_str()), ("Top oil", word), "without unit");
+        assert!(drawing.tints.is_empty());
+        let verdict = &drawing.verdicts[0];
+        assert_eq!((verdict.verdict, verdict.is_assumed), (Verdict::Normal, true));
+    }
+    // The last text stays: the host marks it.
+    let stale = drawn(tag(text("AUTO"), Quality::Bad(Reason::Stale)));
+    assert_eq!(stale.lines[0].text, "AUTO");
+    assert_eq!(stale.verdicts[0].reason, "T1.Mode: stale");
+    assert_eq!(drawn(TagValue { value: None, ..good(0.0) }).lines[0].text, "–");
+    let number = drawn(good(99.0));
+    assert_eq!(number.verdicts[0].reason, "T1.Mode: a value of another type than the tag's");
+    assert_eq!(number.lines[0].severity, Severity::Normal, "a text has no limits");
+    // The longest text is not cut.
+    let longest = "é".repeat(127);
+    assert_eq!(drawn(tag(text(&longest), Quality::Good)).lines[0].text, longest);
+    let both = verdict(vec![mode(), oil()], &[tag(text("AUTO"), Quality::Good), good(96.0)]);
+    assert_eq!((both.verdict, both.basis), (Verdict::Abnormal, vec![1]));
+}
+
+#[test]
+fn an_alarm_in_words_is_told() {
+    let alarm = || binding("T1.Last", ALARM_ROLE, ValueKind::Text, [None; 2]);
+    let mut overlay = overlay();
+    let values = [good(61.0), tag(text("no alarm"), Quality::Good)];
+    let drawing = draw(&mut overlay, vec![oil(), alarm()], &values).expect("it draws");
+    let verdict = &drawing.verdicts[0];
+    assert_eq!((verdict.verdict, &*verdict.basis), (Verdict::Unknown, &[1][..]));
+    assert_eq!(verdict.reason, "T1.Last: a text, which is neither on nor off");
+    let findings = overlay.describe().findings;
+    let [finding] = findings.as_slice() else { panic!("{findings:?}") };
+    assert!(finding.starts_with("the tag 'T1.Last' in the role 'alarm' at 'T1' is a text"));
+    assert!(finding.ends_with("; bind it in another role"), "{finding}");
+    let values = [good(96.0), tag(text(""), Quality::Good)];
+    let hot = draw(&mut overlay, vec![oil(), alarm()], &values).expect("it draws");
+    let severity = hot.verdicts[0].severity;
+    assert_eq!(severity, VerdictSeverity::PerhapsAlarm, "an alarm is not excluded");
+    overlay.configure(vec![oil()]).expect("it takes them");
+    assert!(overlay.describe().findings.is_empty());
 }

@@ -98,7 +98,10 @@ pub(crate) fn layout(settings: &Settings, assumption: &str, bindings: &[Binding]
         match binding.role.as_str() {
             PRESSURE => piece.pressures.push((index, binding)),
             TEMPERATURE => piece.temperatures.push((index, binding)),
-            DENSITY_CONTACT => piece.contacts.push(index),
+            DENSITY_CONTACT => {
+                layout.findings.extend(contact_finding(binding));
+                piece.contacts.push(index);
+            }
             _ => continue,
         }
         piece.node = binding.node;
@@ -195,6 +198,17 @@ impl Builder<'_> {
     }
 }
 
+/// Describes the fault of a density contact that can tell neither alarm nor calm.
+fn contact_finding(binding: &Binding) -> Option<String> {
+    let Binding { tag_id, role, node_id, .. } = binding;
+    (binding.kind == ValueKind::Text).then(|| {
+        format!(
+            "the tag '{tag_id}' in the role '{role}' at '{node_id}' is a text, which is neither on \
+             nor off; bind one of the kind bool or double_point"
+        )
+    })
+}
+
 /// Reads a binding as an input; adds a finding where its unit or kind is of no use.
 fn input(
     settings: &Settings,
@@ -205,7 +219,7 @@ fn input(
         TEMPERATURE => (Quantity::Temperature, "°C"),
         _ => (Quantity::Pressure, settings.unit.symbol()),
     };
-    if matches!(binding.kind, ValueKind::Bool | ValueKind::DoublePoint) {
+    if !binding.kind.is_quantity() {
         findings.push(format!(
             "the tag '{}' in the role '{}' at '{}' is no number; bind one of the kind f64 or i64",
             binding.tag_id, binding.role, binding.node_id

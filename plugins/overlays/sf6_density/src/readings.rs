@@ -162,8 +162,8 @@ pub(crate) enum ContactState {
 pub(crate) fn read_contacts(contacts: &[usize], values: &[TagValue]) -> ContactState {
     let state = |binding: &usize| {
         let TagValue { value, quality, .. } = values.get(*binding)?;
-        match value.filter(|_| *quality == Quality::Good)? {
-            Value::Bool(alarm) => Some(alarm),
+        match value.as_ref().filter(|_| *quality == Quality::Good)? {
+            Value::Bool(alarm) => Some(*alarm),
             Value::I64(0) => Some(false),
             Value::I64(1) => Some(true),
             Value::F64(0.0) => Some(false),

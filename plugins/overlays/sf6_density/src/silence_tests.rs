@@ -5,7 +5,7 @@ use busbar_plugin_sdk::testing::draw;
 use busbar_plugin_sdk::{Quality, Reason, Value};
 use serde_json::json;
 
-use super::tests::{binding, good, overlay, value};
+use super::tests::{binding, good, overlay, text, value};
 use super::*;
 
 /// Pressures at 20 °C this near to a threshold, bar, are not compared: the oracle has no
@@ -186,10 +186,11 @@ fn input(random: &mut Random, number: f64, implausible: f64) -> (TagValue, Known
     if !random.one_in(4) {
         return (good(number), Known::Value(number));
     }
-    let tag = match random.next() % 5 {
+    let tag = match random.next() % 6 {
         0 => value(Value::F64(number), Quality::Bad(Reason::Stale)),
         1 => value(None, Quality::Bad(Reason::NotConnected)),
         2 => good(f64::NAN),
+        4 => text(["", "7", "20"][random.next() as usize % 3]),
         3 => value(Value::F64(number), Quality::Uncertain(Reason::Stale)),
         _ => good(implausible),
     };
@@ -276,7 +277,10 @@ fn silence_means_judged_healthy() {
             let bad = random.one_in(4);
             let quality = if bad { Quality::Bad(Reason::Stale) } else { Quality::Good };
             contact = Some(if bad { Known::Missing } else { Known::Value(f64::from(state)) });
-            let tag = value(Value::Bool(state), quality);
+            let tag = match bad && random.one_in(2) {
+                true => text(["", "0", "off"][random.next() as usize % 3]),
+                false => value(Value::Bool(state), quality),
+            };
             tags.push((binding("=Q1-QA1", "density_contact", ""), tag));
         }
         // Bindings come in any order.

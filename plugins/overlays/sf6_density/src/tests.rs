@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, draw, draw_at, host};
-use busbar_plugin_sdk::{Origin, Quality, Reason, Severity, Value, ValueKind};
+use busbar_plugin_sdk::{Origin, Quality, Reason, Severity, Text, Value, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -46,6 +46,10 @@ pub(crate) fn value(value: impl Into<Option<Value>>, quality: Quality) -> TagVal
 
 pub(crate) fn good(number: f64) -> TagValue {
     value(Value::F64(number), Quality::Good)
+}
+
+pub(crate) fn text(word: &str) -> TagValue {
+    value(Text::new(word).map(Value::Text), Quality::Good)
 }
 
 pub(crate) fn bindings() -> Vec<Binding> {
@@ -139,7 +143,7 @@ fn implausible_and_missing_inputs_are_unknown() {
     let drawing = draw(&mut overlay(&json!({})), bindings(), &stale).expect("it draws");
     assert_eq!(verdict(&drawing).verdict, Verdict::Unknown);
     // No temperature could make 3 bar enough.
-    let low = [good(3.0), stale[1]];
+    let low = [good(3.0), stale[1].clone()];
     let drawing = draw(&mut overlay(&json!({})), bindings(), &low).expect("it draws");
     assert_eq!((verdict(&drawing).verdict, entry(&drawing)), (Verdict::Abnormal, Some(LOCK_OUT)));
     assert_eq!(verdict(&drawing).basis, [0], "it rests on the pressure alone");
@@ -234,8 +238,8 @@ fn gauges_are_read_above_the_local_air() {
     assert_eq!(verdict(&drawing).basis, [0, 1, 2]);
     // Without its value the air may be thick or thin.
     let stale = value(Value::F64(795.0), Quality::Bad(Reason::Stale));
-    assert_eq!(verdict(&air(stale, 5.6)).verdict, Verdict::Unknown);
-    assert_eq!(verdict(&air(stale, 5.2)).verdict, Verdict::Abnormal);
+    assert_eq!(verdict(&air(stale.clone(), 5.6)).verdict, Verdict::Unknown);
+    assert_eq!(verdict(&air(stale.clone(), 5.2)).verdict, Verdict::Abnormal);
     assert_eq!(verdict(&air(stale, 6.0)).verdict, Verdict::Normal);
     assert_eq!(verdict(&air(good(1.0), 5.6)).verdict, Verdict::Unknown, "1 hPa is no air");
     // A unit says that a tag is absolute.
@@ -280,10 +284,42 @@ fn a_density_contact_that_disagrees_is_told() {
     let (calm, shown) = judged(good(6.3), contact(false));
     assert_eq!((calm.verdict, shown), (Verdict::Abnormal, Some(ALARM)));
     assert!(calm.reason.contains("contact reports no alarm"), "{calm:?}");
-    assert_eq!(judged(bad, contact(true)).0.verdict, Verdict::Abnormal);
-    assert_eq!(judged(bad, contact(false)).0.verdict, Verdict::Unknown);
-    assert_eq!(judged(good(7.0), bad).0.verdict, Verdict::Unknown, "it may report one");
+    assert_eq!(judged(bad.clone(), contact(true)).0.verdict, Verdict::Abnormal);
+    assert_eq!(judged(bad.clone(), contact(false)).0.verdict, Verdict::Unknown);
+    assert_eq!(judged(good(7.0), bad.clone()).0.verdict, Verdict::Unknown, "it may report one");
     assert_eq!(judged(good(6.3), bad).0.verdict, Verdict::Abnormal);
+}
+
+#[test]
+fn a_text_in_place_of_a_number_or_a_contact_is_told() {
+    let gauge = json!({ "gauge": true, "filling": 6.0, "alarm": 5.4, "lock_out": 5.0 });
+    let mut bindings = bindings();
+    bindings.push(binding("=Q1", AIR_PRESSURE, "hPa"));
+    bindings.push(binding("=Q1-QA1", DENSITY_CONTACT, ""));
+    let calm = [good(5.8), good(20.0), good(1013.0), value(Value::Bool(false), Quality::Good)];
+    let drawing = draw(&mut overlay(&gauge), bindings.clone(), &calm).expect("it draws");
+    assert_eq!((verdict(&drawing).verdict, verdict(&drawing).is_assumed), (Verdict::Normal, false));
+    for word in ["", "0", "1", "off", "NORMAL"] {
+        for place in 0..bindings.len() {
+            let (mut bindings, mut values) = (bindings.clone(), calm.clone());
+            values[place] = text(word);
+            let mut overlay = overlay(&gauge);
+            let drawing = draw(&mut overlay, bindings.clone(), &values).expect("it draws");
+            assert_eq!(verdict(&drawing).verdict, Verdict::Unknown, "{place} {word}: {drawing:?}");
+            bindings[place].kind = ValueKind::Text;
+            let Binding { tag_id, role, .. } = bindings[place].clone();
+            let drawing = draw(&mut overlay, bindings, &values).expect("it draws");
+            let judged = verdict(&drawing);
+            // Without a tag of the air that of the sea level is assumed, which is told.
+            let expected = if place == 2 { Verdict::Normal } else { Verdict::Unknown };
+            assert_eq!(judged.verdict, expected, "{judged:?}");
+            assert!(place != 2 || judged.is_assumed, "{judged:?}");
+            let findings = overlay.describe().findings;
+            let [finding] = findings.as_slice() else { panic!("{findings:?}") };
+            assert!(finding.starts_with(&format!("the tag '{tag_id}' in the role '{role}' at ")));
+            assert!(finding.contains("; bind one of the kind "), "{finding}");
+        }
+    }
 }
 
 /// Isochores of an ideal gas of 6, 6.4 and 7 bar at 20 °C, and a dew line.
@@ -346,6 +382,8 @@ fn hostile_inputs_are_judged() {
     let roles = [PRESSURE, TEMPERATURE, AIR_PRESSURE, DENSITY_CONTACT, "other", ""];
     let units = ["bar", "", "°F", "bar(g)", "Pa", "\u{0}", "μμ"];
     let ids = ["=Q1-QA1", "", "=", "ü=Ω-1", "=Q2"];
+    use ValueKind::{Bool, DoublePoint, F64, I64};
+    let kinds = [F64, Bool, I64, DoublePoint, ValueKind::Text];
     let mut overlays = [
         overlay(&json!({ "equipment": ["=Q1-QA1", "=Q1-QA1", ""] })),
         overlay(&json!({ "gauge": true, "altitude_metres": 9000.0, "equation": "ideal" })),
@@ -361,9 +399,12 @@ fn hostile_inputs_are_judged() {
         let mut values = Vec::new();
         for _ in 0..pick(12) {
             let mut of = binding(ids[pick(5)], roles[pick(6)], units[pick(7)]);
-            of.kind = [ValueKind::F64, ValueKind::Bool, ValueKind::I64][pick(3)];
+            of.kind = kinds[pick(5)];
             bindings.push(of);
-            values.push(good(numbers[pick(9)]));
+            values.push(match pick(4) {
+                0 => text(["", "7", "on"][pick(3)]),
+                _ => good(numbers[pick(9)]),
+            });
         }
         let at = [0, i64::MIN, i64::MAX, 1][pick(4)];
         for overlay in &mut overlays {

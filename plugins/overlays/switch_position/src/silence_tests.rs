@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{
-    Drawing, DrawnVerdict, InputGenerator, check_verdicts, draw_at, host, silence_cases,
+    Drawing, DrawnQuantity, DrawnVerdict, InputGenerator, check_verdicts, draw_at, host,
+    silence_cases,
 };
-use busbar_plugin_sdk::{DoublePoint, Origin, Quality, Reason, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Origin, Quality, Reason, Text, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -50,8 +51,9 @@ fn stale(point: DoublePoint) -> TagValue {
 fn verdicts(seconds: f64, seen: &[(i64, TagValue)]) -> Vec<DrawnVerdict> {
     let mut overlay = disconnector(seconds);
     let mut bindings = Some(vec![binding("P", "position")]);
-    let mut at = |&(second, value): &(i64, TagValue)| {
-        let drawing = draw_at(&mut overlay, bindings.take(), &[value], second * SECOND);
+    let mut at = |(second, value): &(i64, TagValue)| {
+        let values = std::slice::from_ref(value);
+        let drawing = draw_at(&mut overlay, bindings.take(), values, second * SECOND);
         drawing.expect("it draws").verdict(0).expect("a verdict").clone()
     };
     seen.iter().map(&mut at).collect()
@@ -167,6 +169,25 @@ fn what_bindings_lack_is_a_finding_unless_it_is_declared() {
     assert!(overlay.describe().findings[0].contains("both in the role 'position' at 'Q9'; "));
 }
 
+#[test]
+fn a_text_is_no_position_and_is_told() {
+    for word in ["", "on", "CLOSED", "2"] {
+        let word = Some(Value::Text(Text::new(word).expect("it fits")));
+        let word = TagValue { value: word, ..good(On) };
+        let reason = "P: a value of another type than the tag's";
+        last(8.0, &[(0, good(On)), (1, word.clone())], Verdict::Unknown, reason);
+        let text = Binding { kind: ValueKind::Text, ..binding("P", "position") };
+        let mut overlay = disconnector(8.0);
+        let drawing = draw_at(&mut overlay, Some(vec![text]), &[word], 0).expect("it draws");
+        assert_eq!(drawing.quantities, [DrawnQuantity::Position([0, 0, 0], None)]);
+        assert_eq!(drawing.verdicts[0].verdict, Verdict::Unknown);
+        assert_eq!(drawing.verdicts[0].reason, "P: no double-point");
+        let findings = overlay.describe().findings;
+        let [finding] = findings.as_slice() else { panic!("{findings:?}") };
+        assert!(finding.contains("'P' in the role 'position' at 'Q9' is no double-point; "));
+    }
+}
+
 /// Returns the expected verdict at the last instant, by all ways that a switch may have moved
 /// between observations.
 fn expected(history: &[(i64, Option<DoublePoint>)], travel: i64) -> Verdict {
@@ -213,9 +234,10 @@ fn verdicts_are_never_silent() {
                 inputs.choice(&[Intermediate, Intermediate, Intermediate, Off, On, BadState]);
             let (value, fault) = inputs.input(Value::DoublePoint(point));
             history.push((second, Some(point).filter(|_| fault.is_none())));
-            let drawing = draw_at(&mut overlay, bindings.take(), &[value], second * SECOND);
+            let values = [value];
+            let drawing = draw_at(&mut overlay, bindings.take(), &values, second * SECOND);
             let (drawing, story) = (drawing.expect("it draws"), format!("case {case}.{step}"));
-            check_verdicts(&drawing, 1, &[value], &story);
+            check_verdicts(&drawing, 1, &values, &story);
             let verdict = drawing.verdicts[0].verdict;
             assert_eq!(verdict, expected(&history, travel), "{story}: {travel} s, {history:?}");
             met.insert(verdict);

@@ -141,12 +141,12 @@ impl PositionTag {
             return Err("no double-point");
         }
         let tag = values.get(self.binding).ok_or("no value yet")?;
-        match (tag.quality, tag.value) {
+        match (tag.quality, &tag.value) {
             (_, None) => Err("no value yet"),
             (Quality::Bad(Reason::Stale), _) => Err("stale"),
             (Quality::Bad(_), _) => Err("bad"),
             (Quality::Uncertain(_), _) => Err("uncertain"),
-            (Quality::Good, Some(Value::DoublePoint(point))) => Ok(point),
+            (Quality::Good, Some(Value::DoublePoint(point))) => Ok(*point),
             (Quality::Good, Some(_)) => Err("a value of another type than the tag's"),
         }
     }

@@ -3,9 +3,9 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use busbar_plugin_sdk::Binding;
 use busbar_plugin_sdk::designations::{is_within, nearest};
 use busbar_plugin_sdk::units::{Quantity, UnitConversion};
-use busbar_plugin_sdk::{Binding, ValueKind};
 
 use crate::settings::Settings;
 
@@ -231,7 +231,7 @@ fn input(
     findings: &mut Vec<String>,
 ) -> Input {
     let conversion = match UnitConversion::for_binding(binding, quantity, unit) {
-        _ if matches!(binding.kind, ValueKind::Bool | ValueKind::DoublePoint) => {
+        _ if !binding.kind.is_quantity() => {
             findings.push(format!(
                 "the tag '{}' in the role '{}' at '{}' is no number; bind one of the kind f64 or \
                  i64",

@@ -85,11 +85,15 @@ impl Overlay for Thermography {
 
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let values: Vec<TagValue> = frame.values().collect();
-        let judged: Vec<_> = values.iter().map(|of| (of.value, of.quality)).collect();
-        if self.judgments.is_empty() || judged != self.judged {
+        let is_judged = |of: &TagValue, (value, quality): &(Option<Value>, Quality)| {
+            of.value == *value && of.quality == *quality
+        };
+        let are_judged = values.len() == self.judged.len()
+            && values.iter().zip(&self.judged).all(|(of, judged)| is_judged(of, judged));
+        if self.judgments.is_empty() || !are_judged {
             let judge = |device: &Vec<BoundContact>| judge_device(&self.settings, device, &values);
             self.judgments = self.layout.devices.iter().map(judge).collect();
-            self.judged = judged;
+            self.judged = values.into_iter().map(|of| (of.value, of.quality)).collect();
         }
         let contacts = self.layout.devices.iter().flatten();
         let contacts = contacts.zip(self.judgments.iter().flatten());

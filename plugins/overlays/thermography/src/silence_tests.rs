@@ -5,7 +5,7 @@ use busbar_plugin_sdk::testing::draw;
 use busbar_plugin_sdk::{Quality, Reason};
 use serde_json::json;
 
-use super::tests::{binding, overlay, value};
+use super::tests::{binding, overlay, text, value};
 use super::*;
 
 /// Generator of pseudorandom numbers (splitmix64).
@@ -122,6 +122,9 @@ fn expected(case: &Case, own: usize, slack: f64) -> Verdict {
 
 /// Value of a tag with what the oracle may know of it.
 fn input(random: &mut Random, celsius: f64, limit: f64) -> (TagValue, Option<f64>) {
+    if random.one_in(20) {
+        return (text(["", "20", "HOT"][random.next() as usize % 3]), None);
+    }
     let (number, quality) = match random.next() % 20 {
         0 => (celsius, Quality::Bad(Reason::Stale)),
         1 => (celsius, Quality::Uncertain(Reason::Stale)),

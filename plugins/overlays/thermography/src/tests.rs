@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Drawing, draw, draw_at, host};
-use busbar_plugin_sdk::{Origin, Reason, ValueKind};
+use busbar_plugin_sdk::{Origin, Reason, Text, ValueKind};
 use serde_json::{Value as Json, json};
 
 use super::*;
@@ -34,6 +34,11 @@ pub(crate) fn overlay(more: &Json) -> Thermography {
     }
     let settings = serde_json::from_value(settings).expect("settings");
     Thermography::create(settings, host()).expect("it is made")
+}
+
+pub(crate) fn text(word: &str) -> TagValue {
+    let word = Text::new(word).map(Value::Text);
+    TagValue { value: word, ..value(0.0, Quality::Good) }
 }
 
 pub(crate) fn value(number: f64, quality: Quality) -> TagValue {
@@ -267,6 +272,41 @@ fn missing_roles_and_units_are_findings() {
 }
 
 #[test]
+fn a_text_is_no_temperature_and_is_told() {
+    let rated = json!({ "rated_current": 2000.0 });
+    let mut bindings: Vec<_> = PHASES.map(|id| binding(id, ROLE, "°C")).into();
+    bindings.push(binding("=Z1", AMBIENT, "°C"));
+    bindings.push(binding("=Q1", LOAD, "kA"));
+    let calm = [45.0, 45.5, 45.0, 20.0, 2.0].map(|of| tag(Some(of)));
+    for word in ["", "45", "HOT"] {
+        for place in 0..bindings.len() {
+            for kind in [ValueKind::F64, ValueKind::Text] {
+                let (mut bindings, mut values) = (bindings.clone(), calm.clone());
+                bindings[place].kind = kind;
+                values[place] = text(word);
+                let tag_id = bindings[place].tag_id.clone();
+                let mut overlay = overlay(&rated);
+                let drawing = draw(&mut overlay, bindings, &values).expect("it draws");
+                // Without the air the phases tell enough, as they do where it is bad.
+                let own = place.min(2);
+                let expected = if place == 3 { NORMAL } else { UNKNOWN };
+                assert_eq!(shown(&drawing)[own], expected, "{tag_id}: {drawing:?}");
+                assert!(
+                    drawing.verdicts[own].verdict != Verdict::Unknown
+                        || drawing.verdicts[own].reason.contains(&tag_id),
+                    "{drawing:?}"
+                );
+                assert!(!drawing.verdicts[own].basis.contains(&place), "{drawing:?}");
+                let findings = overlay.describe().findings;
+                assert_eq!(findings.len(), usize::from(kind == ValueKind::Text), "{findings:?}");
+                let is_it = |of: &String| of.contains(&tag_id) && of.contains("is no number; ");
+                assert!(findings.iter().all(is_it), "{findings:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn several_sensors_of_a_contact_make_one_verdict() {
     let sensor = |name: &str, id| Binding { tag_id: name.into(), ..binding(id, ROLE, "°C") };
     let mut bindings: Vec<_> = PHASES.iter().map(|id| sensor(id, id)).collect();
@@ -310,6 +350,8 @@ fn hostile_inputs_are_judged() {
     let roles = [ROLE, AMBIENT, LOAD, "other", ""];
     let units = ["°C", "", "°F", "A", "Pa", "\u{0}", "μμ"];
     let ids = ["=Q1-QB1-L1", "=Q1-QB1-L2", "", "-L1", "ü=Ω-L3"];
+    use ValueKind::{Bool, DoublePoint, F64, I64};
+    let kinds = [F64, Bool, I64, DoublePoint, ValueKind::Text];
     let mut overlays = [
         overlay(&json!({ "equipment": ["=Q1-QB1-L1", "=Q1-QB1-L1", ""] })),
         overlay(&json!({ "rule": "neta", "rated_current": 1.0, "phases": ["", "-L1", "ü"] })),
@@ -325,9 +367,12 @@ fn hostile_inputs_are_judged() {
         let mut values = Vec::new();
         for _ in 0..pick(12) {
             let mut of = binding(ids[pick(5)], roles[pick(5)], units[pick(7)]);
-            of.kind = [ValueKind::F64, ValueKind::Bool, ValueKind::I64][pick(3)];
+            of.kind = kinds[pick(5)];
             bindings.push(of);
-            values.push(tag(Some(numbers[pick(9)])));
+            values.push(match pick(4) {
+                0 => text(["", "45", "on"][pick(3)]),
+                _ => tag(Some(numbers[pick(9)])),
+            });
         }
         for overlay in &mut overlays {
             let drawing = draw(overlay, bindings.clone(), &values).expect("it draws");

@@ -57,12 +57,7 @@ impl<'a> InputSearch<'a> {
         quantity: Quantity,
         unit: &str,
     ) -> Result<Source, String> {
-        if matches!(binding.kind, ValueKind::Bool | ValueKind::DoublePoint) {
-            return Err(format!(
-                "the tag '{}' in the role '{}' at '{}' has no numbers; bind one that has",
-                binding.tag_id, binding.role, binding.node_id
-            ));
-        }
+        require_numbers(binding)?;
         Ok(plain(index, binding, UnitConversion::for_binding(binding, quantity, unit)?))
     }
 
@@ -82,10 +77,20 @@ impl<'a> InputSearch<'a> {
         }
     }
 
-    /// Source in a role whose values are numbers of a kind, or a point.
-    fn state_source(&self, role: &str) -> Option<Source> {
+    /// Source in a role whose values are numbers of a kind, or a point. A text stays a source, whose
+    /// values are never known, and is a finding.
+    fn state_source(&mut self, role: &str) -> Option<Source> {
         let (index, binding) = self.bindings_of(role).next()?;
-        Some(plain(index, binding, UnitConversion::IDENTITY))
+        let source = plain(index, binding, UnitConversion::IDENTITY);
+        if binding.kind == ValueKind::Text {
+            let finding = format!(
+                "the tag '{}' in the role '{role}' at '{}' is a text; bind one with numbers or a \
+                 state",
+                binding.tag_id, binding.node_id
+            );
+            self.inputs.findings.push(finding);
+        }
+        Some(source)
     }
 
     fn find_loads(&mut self) {
@@ -162,6 +167,10 @@ impl<'a> InputSearch<'a> {
     /// Load in the role `load`, by the rated load or by its unit.
     fn load(&mut self) -> Option<LoadSource> {
         let (index, binding) = self.bindings_of(role::LOAD).next()?;
+        if let Err(finding) = require_numbers(binding) {
+            self.inputs.findings.push(finding);
+            return None;
+        }
         let quantity = Quantity::from_unit(&binding.unit);
         let needed = |what: &str, key: &str| {
             format!(
@@ -296,6 +305,9 @@ impl<'a> InputSearch<'a> {
             ));
         }
         self.inputs.voltage = self.source(role::VOLTAGE, Quantity::Voltage, "kV");
+        if self.inputs.voltage.is_none() {
+            self.inputs.assumptions.push("rated voltage".to_owned());
+        }
     }
 
     fn find_conditions(&mut self) {
@@ -335,6 +347,17 @@ impl<'a> InputSearch<'a> {
 fn plain(binding: usize, of: &Binding, conversion: UnitConversion) -> Source {
     let Binding { tag_id, role, .. } = of.clone();
     Source { binding, tag_id, role, conversion }
+}
+
+/// Refuses a tag whose values are states or texts.
+fn require_numbers(binding: &Binding) -> Result<(), String> {
+    match binding.kind.is_quantity() {
+        true => Ok(()),
+        false => Err(format!(
+            "the tag '{}' in the role '{}' at '{}' has no numbers; bind one that has",
+            binding.tag_id, binding.role, binding.node_id
+        )),
+    }
 }
 
 /// Reports whether values of a quantity can tell a load against a rated one.

@@ -41,10 +41,10 @@ impl Source {
     pub(crate) fn number(&self, values: &[TagValue]) -> Result<f64, String> {
         let value = self.good_value(values)?;
         let number = match value {
-            Value::Bool(is_set) => f64::from(u8::from(is_set)),
-            Value::F64(number) => number,
-            Value::I64(number) => number as f64,
-            Value::DoublePoint(_) => f64::NAN,
+            Value::Bool(is_set) => f64::from(u8::from(*is_set)),
+            Value::F64(number) => *number,
+            Value::I64(number) => *number as f64,
+            Value::DoublePoint(_) | Value::Text(_) => f64::NAN,
         };
         match number.is_finite() {
             true => Ok(self.conversion.apply(number)),
@@ -52,9 +52,9 @@ impl Source {
         }
     }
 
-    fn good_value(&self, values: &[TagValue]) -> Result<Value, String> {
+    fn good_value<'v>(&self, values: &'v [TagValue]) -> Result<&'v Value, String> {
         let value = values.get(self.binding).ok_or_else(|| self.doubt("missing"))?;
-        match (value.quality, value.value) {
+        match (value.quality, &value.value) {
             (Quality::Good, Some(value)) => Ok(value),
             (Quality::Good, None) => Err(self.doubt("without a value yet")),
             (Quality::Uncertain(_), _) => Err(self.doubt("uncertain")),

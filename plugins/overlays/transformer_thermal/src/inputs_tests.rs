@@ -124,3 +124,46 @@ fn a_tag_without_numbers_is_a_finding() {
     let found = Inputs::new(&settings, &[switch]).findings;
     assert!(found.len() == 1 && found[0].contains("has no numbers; bind one"), "{found:?}");
 }
+
+#[test]
+fn a_text_is_a_finding_in_every_role() {
+    let power = r#", "rated_power": 40, "rated_voltage": 110"#;
+    let taps = r#", "taps": [{ "tap": 1, "rated_current": 200 }]"#;
+    let stages = r#", "stages": [{ "stage": 0, "cooling": "ONAN" }]"#;
+    let rated = r#", "rated_load": 90"#;
+    let current = r#", "rated_current": 200"#;
+    for (settings, bindings, words) in [
+        ("", &[("load", "%")][..], "has no numbers; bind one"),
+        ("", &[("load", "")][..], "has no numbers; bind one"),
+        (rated, &[("load", "%")][..], "has no numbers; bind one"),
+        (current, &[("current", "A")][..], "has no numbers; bind one"),
+        (power, &[("apparent_power", "MVA")][..], "has no numbers; bind one"),
+        (power, &[("active_power", "MW")][..], "has no numbers; bind one"),
+        (power, &[("reactive_power", "Mvar"), ("active_power", "MW")][..], "has no numbers"),
+        (power, &[("voltage", "kV"), ("active_power", "MW")][..], "has no numbers"),
+        (taps, &[("tap", ""), ("current", "A")][..], "is a text; bind one with numbers or a state"),
+        (stages, &[("fans", ""), ("load", "%")][..], "is a text; bind one"),
+        (stages, &[("cooler_stage", ""), ("load", "%")][..], "is a text; bind one"),
+        ("", &[("cooler_fault", ""), ("load", "%")][..], "is a text; bind one"),
+        ("", &[("ambient", "°C"), ("load", "%")][..], "has no numbers"),
+        ("", &[("top_oil", "°C"), ("load", "%")][..], "has no numbers"),
+        ("", &[("hot_spot", "°C"), ("load", "%")][..], "has no numbers"),
+    ] {
+        let settings = format!(r#"{{ "equipment": "=T1"{settings} }}"#);
+        let mut bindings: Vec<_> =
+            bindings.iter().map(|(role, unit)| binding(role, unit)).collect();
+        bindings[0].kind = ValueKind::Text;
+        let found = Inputs::new(&serde_json::from_str(&settings).unwrap(), &bindings).findings;
+        assert!(found.len() == 1 && found[0].contains(words), "{settings} {bindings:?}: {found:?}");
+        assert!(found[0].contains(&format!("'{}'", bindings[0].tag_id)), "{found:?}");
+    }
+}
+
+#[test]
+fn a_voltage_of_no_use_is_assumed_and_told() {
+    let settings = r#"{ "equipment": "=T1", "rated_power": 40, "rated_voltage": 110 }"#;
+    let mut bindings = [binding("apparent_power", "MVA"), binding("voltage", "kV")];
+    bindings[1].kind = ValueKind::Text;
+    let inputs = Inputs::new(&serde_json::from_str(settings).unwrap(), &bindings);
+    assert_eq!(inputs.assumptions, ["rated voltage"]);
+}

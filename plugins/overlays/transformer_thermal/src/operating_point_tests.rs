@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use busbar_plugin_sdk::{Binding, Origin, Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{Binding, Origin, Quality, Reason, Text, Value, ValueKind};
 
 use super::*;
 
@@ -177,4 +177,48 @@ fn a_step_that_begins_unknown_is_between_the_bounds_of_its_beginning() {
     assert!(load.is_point());
     let (load, ..) = blind.since(Some(&seen));
     assert_eq!(load, Interval::new(0.0, 1.8));
+}
+
+#[test]
+fn a_text_is_no_number_and_no_state() {
+    let settings = r#"{ "equipment": "=T1", "stages": [{ "stage": 0, "cooling": "ONAN" }] }"#;
+    let settings = serde_json::from_str(settings).unwrap();
+    let binding = |role: &str, kind| Binding {
+        node: 7,
+        kind,
+        limit_low: None,
+        limit_high: None,
+        tag_id: format!("T1.{role}"),
+        tag_name: String::new(),
+        unit: String::new(),
+        node_id: "=T1".into(),
+        role: role.into(),
+    };
+    let roles = ["load", "ambient", "cooler_stage", "cooler_fault"];
+    for kind in [ValueKind::F64, ValueKind::Text] {
+        let mut bindings = roles.map(|role| binding(role, ValueKind::F64));
+        bindings[2].kind = kind;
+        bindings[3].kind = kind;
+        let inputs = Inputs::new(&settings, &bindings);
+        for word in ["", "0", "20", "off"] {
+            let value = Some(Value::Text(Text::new(word).unwrap()));
+            let (quality, age, origin) = (Quality::Good, Duration::ZERO, Origin::LIVE);
+            let value = TagValue { value, quality, age, origin };
+            let values = [(); 4].map(|()| value.clone());
+            let reader = Reader {
+                settings: &settings,
+                inputs: &inputs,
+                values: &values,
+                plausible: PLAUSIBLE,
+            };
+            let point = reader.read(None);
+            assert!(!point.is_load_measured && point.used.is_empty(), "{point:?}");
+            assert_eq!(point.cooler_fault, CoolerFault::Unknown);
+            assert!((point.ambient.low, point.ambient.high) == (-25.0, 40.0), "{point:?}");
+            for role in roles {
+                let words = format!("{} (T1.{role}) is no number", role.replace('_', " "));
+                assert!(point.doubts.contains(&words), "{words}: {:?}", point.doubts);
+            }
+        }
+    }
 }

@@ -4,7 +4,7 @@
 //! The plugin says which alarms are of interest now, how each stands, and whether what it
 //! says is current; `plugins/sdk/sdk/src/alarms.rs` has the fields of the JSON.
 
-use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarTextOutput};
+use crate::{BusbarError, BusbarPlugin, BusbarStatusNumber, BusbarTextOutput};
 
 /// Id of the capability.
 pub const ALARMS_ID: &str = "busbar.alarms/1-draft";
@@ -24,7 +24,7 @@ pub struct BusbarAlarms {
     pub struct_size: u32,
     /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Writes the state of the alarms as JSON, and returns at once. The report may
+    /// `[serialized]` Writes the state of the alarms as JSON, and returns at once. The report may
     /// be without alarms where their revision is still `known_revision`, or where they are not
     /// known at all. 0 is never a revision. Fails with `BUSBAR_BUFFER_TOO_SMALL` when the text does
     /// not fit, with the bytes needed in `len`.
@@ -34,6 +34,6 @@ pub struct BusbarAlarms {
             known_revision: u64,
             output: *mut BusbarTextOutput,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
 }

@@ -5,7 +5,7 @@
 //! the host lays out, draws, brushes and marks. What seldom changes is JSON, as settings
 //! are; `plugins/sdk/sdk/src/chart.rs` has its fields.
 
-use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
+use crate::{BusbarError, BusbarPlugin, BusbarStatusNumber, BusbarStr, BusbarTextOutput};
 
 /// Id of the capability.
 pub const CHART_ID: &str = "busbar.chart/1-draft";
@@ -16,22 +16,6 @@ pub const BUSBAR_MAX_CHART_AXES: usize = 32;
 pub const BUSBAR_MAX_CHART_RECORDS: usize = 10_000_000;
 /// Bytes of a description, or of an explanation, at most.
 pub const BUSBAR_MAX_CHART_TEXT: usize = 16 << 20;
-
-/// Buffer for a text. The caller owns it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct BusbarTextOutput {
-    /// Size of this struct, bytes.
-    pub struct_size: u32,
-    /// Capacity of `text`, bytes.
-    pub capacity: u32,
-    /// Bytes written; where the capacity was too small, bytes needed.
-    pub len: u32,
-    /// Reserved; must be zero.
-    pub reserved: u32,
-    /// Text in UTF-8, not terminated.
-    pub text: *mut u8,
-}
 
 /// Time, equipment and state of a record. Array element.
 #[repr(C)]
@@ -78,25 +62,25 @@ pub struct BusbarChart {
     pub struct_size: u32,
     /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Writes the description as JSON. Fails with `BUSBAR_BUFFER_TOO_SMALL` when
+    /// `[serialized]` Writes the description as JSON. Fails with `BUSBAR_BUFFER_TOO_SMALL` when
     /// the text does not fit, with the bytes needed in `len`.
     pub describe: Option<
         unsafe extern "C" fn(
             plugin: *const BusbarPlugin,
             output: *mut BusbarTextOutput,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
-    /// `[main-thread]` Writes records. Fails with `BUSBAR_INVALID_ARGUMENT` when the
+    /// `[serialized]` Writes records. Fails with `BUSBAR_INVALID_ARGUMENT` when the
     /// number of axes is not that of the description.
     pub read: Option<
         unsafe extern "C" fn(
             plugin: *const BusbarPlugin,
             page: *mut BusbarChartPage,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
-    /// `[main-thread]` Writes an explanation as JSON: of a piece of equipment's last record that is
+    /// `[serialized]` Writes an explanation as JSON: of a piece of equipment's last record that is
     /// not after an instant. Fails as `describe` does.
     pub explain: Option<
         unsafe extern "C" fn(
@@ -105,6 +89,6 @@ pub struct BusbarChart {
             time_unix_nanos: i64,
             output: *mut BusbarTextOutput,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
 }

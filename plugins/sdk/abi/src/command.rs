@@ -5,7 +5,7 @@
 
 use core::ffi::c_void;
 
-use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
+use crate::{BusbarError, BusbarLogLevelNumber, BusbarPlugin, BusbarStatusNumber, BusbarStr};
 
 /// Id of the capability.
 pub const COMMAND_ID: &str = "busbar.command/1-draft";
@@ -17,12 +17,26 @@ pub const BUSBAR_MAX_COMMAND_NAME: usize = 32;
 /// Bytes of one `write`, at most.
 pub const BUSBAR_MAX_CHUNK: usize = 1 << 20;
 
-/// Exit code of a command that is done.
-pub const BUSBAR_EXIT_DONE: u32 = 0;
-/// Exit code of a command whose input is at fault; nothing could be done.
-pub const BUSBAR_EXIT_INPUT: u32 = 1;
-/// Exit code of a command whose arguments are at fault.
-pub const BUSBAR_EXIT_USAGE: u32 = 2;
+/// Exit code of a command.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarExitCode {
+    /// Exit code of a command that is done.
+    Done = 0,
+    /// Exit code of a command whose input is at fault; nothing could be done.
+    Input = 1,
+    /// Exit code of a command whose arguments are at fault.
+    Usage = 2,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarExitCode`] that the other side wrote.
+    BusbarExitCodeNumber: u32 = BusbarExitCode {
+        BUSBAR_EXIT_CODE_DONE = Done,
+        BUSBAR_EXIT_CODE_INPUT = Input,
+        BUSBAR_EXIT_CODE_USAGE = Usage,
+    }
+}
 
 /// Command that a plugin offers. Valid until `destroy`.
 #[repr(C)]
@@ -72,11 +86,16 @@ pub struct BusbarCommandStreams {
     /// `BUSBAR_CANCELLED`.
     pub write:
         Option<unsafe extern "C" fn(context: *mut c_void, bytes: *const u8, len: usize) -> u32>,
-    /// `[the thread of the call]` Reports a diagnostic on the input. `level` is a `BUSBAR_LOG_*`,
-    /// `line` a line of the input, 1 the first, 0 for none. Messages beyond the host's limit are
-    /// counted, not kept. Cannot fail.
+    /// `[the thread of the call]` Reports a diagnostic on the input. `line` is a line of the
+    /// input, 1 the first, 0 for none. Messages beyond the host's limit are counted, not kept.
+    /// Cannot fail.
     pub diagnose: Option<
-        unsafe extern "C" fn(context: *mut c_void, level: u32, line: u64, message: BusbarStr),
+        unsafe extern "C" fn(
+            context: *mut c_void,
+            level: BusbarLogLevelNumber,
+            line: u64,
+            message: BusbarStr,
+        ),
     >,
 }
 
@@ -86,8 +105,8 @@ pub struct BusbarCommandStreams {
 pub struct BusbarCommandResult {
     /// Size of this struct, bytes.
     pub struct_size: u32,
-    /// Exit code, one of `BUSBAR_EXIT_*`.
-    pub exit_code: u32,
+    /// Exit code of the command.
+    pub exit_code: BusbarExitCodeNumber,
 }
 
 /// Function table of `busbar.command/1-draft`.
@@ -98,16 +117,16 @@ pub struct BusbarCommand {
     pub struct_size: u32,
     /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Number of commands, at most [`BUSBAR_MAX_COMMANDS`].
+    /// `[serialized]` Number of commands, at most [`BUSBAR_MAX_COMMANDS`].
     pub count: Option<unsafe extern "C" fn(plugin: *const BusbarPlugin) -> u32>,
-    /// `[main-thread]` Returns a command's description, valid until `destroy`, or null if `index`
+    /// `[serialized]` Returns a command's description, valid until `destroy`, or null if `index`
     /// is too large.
     pub describe: Option<
         unsafe extern "C" fn(plugin: *const BusbarPlugin, index: u32) -> *const BusbarCommandInfo,
     >,
-    /// `[main-thread]` Runs a command: reads the input as far as it needs, writes its output in
+    /// `[serialized]` Runs a command: reads the input as far as it needs, writes its output in
     /// order, and fills in the exit code. All arguments are borrowed for the call. A fault of the
-    /// input is a diagnostic and at worst `BUSBAR_EXIT_INPUT`, no failure. Fails with
+    /// input is a diagnostic and at worst `BUSBAR_EXIT_CODE_INPUT`, no failure. Fails with
     /// `BUSBAR_INVALID_ARGUMENT` for a name that the plugin does not offer, with
     /// `BUSBAR_CANCELLED`, `BUSBAR_FAILED` or `BUSBAR_INTERNAL`.
     pub run: Option<
@@ -117,6 +136,6 @@ pub struct BusbarCommand {
             streams: *const BusbarCommandStreams,
             result: *mut BusbarCommandResult,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
 }

@@ -12,22 +12,41 @@ pub const ENTRY_SYMBOL: &CStr = c"busbar_plugin_entry";
 /// Factory id for [`BusbarPluginEntry::get_factory`].
 pub const PLUGIN_FACTORY_ID: &str = "busbar.plugin-factory/1";
 
-/// Result of a call: [`BUSBAR_OK`] or one of the codes below it.
-pub type BusbarStatus = i32;
-/// Status of a call that succeeded.
-pub const BUSBAR_OK: BusbarStatus = 0;
-/// Status of a call whose arguments break a rule of this header: the caller is at fault.
-pub const BUSBAR_INVALID_ARGUMENT: BusbarStatus = 1;
-/// Status of a call whose settings or address are at fault: the user must change them.
-pub const BUSBAR_INVALID_SETTINGS: BusbarStatus = 2;
-/// Status of a call whose buffer is too small for the result.
-pub const BUSBAR_BUFFER_TOO_SMALL: BusbarStatus = 3;
-/// Status of a call that stopped because the caller asked to.
-pub const BUSBAR_CANCELLED: BusbarStatus = 4;
-/// Status of a call that failed outside the plugin: a file, a device, memory.
-pub const BUSBAR_FAILED: BusbarStatus = 5;
-/// Status of a call that met a fault of the plugin; a caught panic is one.
-pub const BUSBAR_INTERNAL: BusbarStatus = 6;
+/// Result of a call: success, or the kind of failure.
+///
+/// cbindgen:rename-all=ScreamingSnakeCase
+#[repr(i32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+// Each value has its whole name in C, which is frozen.
+pub enum BusbarStatus {
+    /// Status of a call that succeeded.
+    BusbarOk = 0,
+    /// Status of a call whose arguments break a rule of this header: the caller is at fault.
+    BusbarInvalidArgument = 1,
+    /// Status of a call whose settings or address are at fault: the user must change them.
+    BusbarInvalidSettings = 2,
+    /// Status of a call whose buffer is too small for the result.
+    BusbarBufferTooSmall = 3,
+    /// Status of a call that stopped because the caller asked to.
+    BusbarCancelled = 4,
+    /// Status of a call that failed outside the plugin: a file, a device, memory.
+    BusbarFailed = 5,
+    /// Status of a call that met a fault of the plugin; a caught panic is one.
+    BusbarInternal = 6,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarStatus`] that the other side wrote.
+    BusbarStatusNumber: i32 = BusbarStatus {
+        BUSBAR_OK = BusbarOk,
+        BUSBAR_INVALID_ARGUMENT = BusbarInvalidArgument,
+        BUSBAR_INVALID_SETTINGS = BusbarInvalidSettings,
+        BUSBAR_BUFFER_TOO_SMALL = BusbarBufferTooSmall,
+        BUSBAR_CANCELLED = BusbarCancelled,
+        BUSBAR_FAILED = BusbarFailed,
+        BUSBAR_INTERNAL = BusbarInternal,
+    }
+}
 
 /// Bytes of text that a [`BusbarError`] holds.
 pub const BUSBAR_ERROR_CAPACITY: u32 = 1024;
@@ -52,19 +71,37 @@ pub struct BusbarError {
     /// Bytes used of `message`, at most its capacity.
     pub message_len: u32,
     /// Status of the error, for calls that return no status.
-    pub status: BusbarStatus,
+    pub status: BusbarStatusNumber,
     /// Message in UTF-8: fault, place and remedy in one or two sentences.
     pub message: [u8; 1024],
 }
 
-/// Log level of faults that a user must act on.
-pub const BUSBAR_LOG_ERROR: u32 = 1;
-/// Log level of conditions that may become a fault.
-pub const BUSBAR_LOG_WARNING: u32 = 2;
-/// Log level of ordinary events.
-pub const BUSBAR_LOG_INFO: u32 = 3;
-/// Log level of details for the plugin's author.
-pub const BUSBAR_LOG_DEBUG: u32 = 4;
+/// Level of a line in the host's log, and of a command's diagnostic.
+///
+/// cbindgen:rename-all=ScreamingSnakeCase
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+// Each value has its whole name in C, which is frozen.
+pub enum BusbarLogLevel {
+    /// Log level of faults that a user must act on.
+    BusbarLogError = 1,
+    /// Log level of conditions that may become a fault.
+    BusbarLogWarning = 2,
+    /// Log level of ordinary events.
+    BusbarLogInfo = 3,
+    /// Log level of details for the plugin's author.
+    BusbarLogDebug = 4,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarLogLevel`] that the other side wrote.
+    BusbarLogLevelNumber: u32 = BusbarLogLevel {
+        BUSBAR_LOG_ERROR = BusbarLogError,
+        BUSBAR_LOG_WARNING = BusbarLogWarning,
+        BUSBAR_LOG_INFO = BusbarLogInfo,
+        BUSBAR_LOG_DEBUG = BusbarLogDebug,
+    }
+}
 
 /// Services of the host for one plugin instance. Valid from `create` until `destroy` returns.
 #[repr(C)]
@@ -82,7 +119,9 @@ pub struct BusbarHost {
     pub context: *mut c_void,
     /// `[any-thread]` Writes one line to the host's log. Messages beyond the
     /// host's rate limit are dropped and counted. Cannot fail.
-    pub log: Option<unsafe extern "C" fn(context: *mut c_void, level: u32, message: BusbarStr)>,
+    pub log: Option<
+        unsafe extern "C" fn(context: *mut c_void, level: BusbarLogLevelNumber, message: BusbarStr),
+    >,
 }
 
 /// Entry point that a library exports. Static, for the library's whole life.
@@ -97,12 +136,12 @@ pub struct BusbarPluginEntry {
     pub abi_minor: u32,
     /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Initializes the library, before any other call. May be null.
-    pub init: Option<unsafe extern "C" fn(error: *mut BusbarError) -> BusbarStatus>,
-    /// `[main-thread]` Called once for every `init`, after every plugin is destroyed. The library
+    /// `[serialized]` Initializes the library, before any other call. May be null.
+    pub init: Option<unsafe extern "C" fn(error: *mut BusbarError) -> BusbarStatusNumber>,
+    /// `[serialized]` Called once for every `init`, after every plugin is destroyed. The library
     /// stays mapped, and `init` may follow again. May be null.
     pub deinit: Option<unsafe extern "C" fn()>,
-    /// `[main-thread]` Returns a static factory by id, or null if there is none.
+    /// `[serialized]` Returns a static factory by id, or null if there is none.
     /// `busbar.plugin-factory/1` names a [`BusbarPluginFactory`].
     pub get_factory: Option<unsafe extern "C" fn(factory_id: BusbarStr) -> *const c_void>,
 }
@@ -115,11 +154,11 @@ pub struct BusbarPluginFactory {
     pub struct_size: u32,
     /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Number of plugins in this library, at most 64.
+    /// `[serialized]` Number of plugins in this library, at most 64.
     pub count: Option<unsafe extern "C" fn() -> u32>,
-    /// `[main-thread]` Returns a plugin's static descriptor, or null if `index` is too large.
+    /// `[serialized]` Returns a plugin's static descriptor, or null if `index` is too large.
     pub descriptor: Option<unsafe extern "C" fn(index: u32) -> *const BusbarPluginDescriptor>,
-    /// `[main-thread]` Creates an instance with settings, a JSON object that fits the descriptor's
+    /// `[serialized]` Creates an instance with settings, a JSON object that fits the descriptor's
     /// schema. Returns null and fills in `error` on failure. `host` stays valid until `destroy`
     /// returns.
     pub create: Option<
@@ -165,10 +204,10 @@ pub struct BusbarPlugin {
     pub reserved: u32,
     /// Data of the library's own.
     pub data: *mut c_void,
-    /// `[main-thread & idle]` Ends the instance and frees it. No call to the
+    /// `[serialized & idle]` Ends the instance and frees it. No call to the
     /// host may follow.
     pub destroy: Option<unsafe extern "C" fn(plugin: *mut BusbarPlugin)>,
-    /// `[main-thread]` Returns the function table of a capability by id, valid until `destroy`, or
+    /// `[serialized]` Returns the function table of a capability by id, valid until `destroy`, or
     /// null if the plugin lacks the capability.
     pub get_capability: Option<
         unsafe extern "C" fn(

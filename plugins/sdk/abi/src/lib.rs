@@ -3,14 +3,15 @@
 //! A plugin library exports one symbol, [`ENTRY_SYMBOL`], a
 //! [`BusbarPluginEntry`]. From it the host gets a factory, from the factory
 //! plugins, from a plugin its capabilities: tables of functions found by a
-//! string id with a revision, such as `busbar.telemetry/1-draft`.
+//! string id with a revision, such as `busbar.telemetry/2-draft`.
 //!
 //! Conventions that hold for every item here:
 //! - every table and every struct passed alone starts with its size in bytes,
 //!   so that fields can be added at the end; structs that are passed as arrays
 //!   ([`BusbarCollapse`], [`BusbarStage`], [`BusbarSample`], [`BusbarTagSpec`],
 //!   [`BusbarSimulatedTag`], [`BusbarBinding`], [`BusbarTagValue`],
-//!   [`BusbarOverlayPrimitive`], [`BusbarChartRecord`], [`BusbarRecordRow`]) have a frozen layout instead;
+//!   [`BusbarOverlayPrimitive`], [`BusbarChartRecord`], [`BusbarRecordRow`]) have a
+//!   frozen layout instead;
 //! - text is UTF-8 with a length ([`BusbarStr`]), without a terminating zero;
 //! - what a caller passes is valid during the call only, unless said otherwise;
 //!   who wants to keep it copies it. No call hands over ownership of memory:
@@ -26,9 +27,9 @@
 //!   such as a second `start`;
 //! - no panic or exception may leave a function;
 //! - the tags in brackets say from which thread and in which state a function
-//!   may be called: `[main-thread]` never two such calls at once on one
-//!   instance (for calls without an instance: on one library), though not always
-//!   on the same thread; `[any-thread]` any thread, also several at once;
+//!   may be called: `[serialized]` one call after the other: never two such calls
+//!   at once on one instance (for calls without an instance: on one library), though
+//!   not always on the same thread; `[any-thread]` any thread, also several at once;
 //!   `[idle]` before `start` or after `stop`; `[active]` between them.
 //!
 //! # What is frozen
@@ -41,6 +42,24 @@
 
 #![no_std]
 
+/// Declares the type of an enum's numbers in fields, and a constant for each value.
+///
+/// Fields that the other side writes hold any number, which a Rust enum must not. The headers
+/// declare such fields by the enum.
+macro_rules! enum_numbers {
+    ($(#[$doc:meta])* $number:ident: $repr:ty = $name:ident {
+        $($constant:ident = $value:ident),+ $(,)?
+    }) => {
+        $(#[$doc])*
+        pub type $number = $repr;
+        const _: () = assert!(size_of::<$name>() == size_of::<$number>());
+        $(
+            #[doc = concat!("Number of [`", stringify!($name), "::", stringify!($value), "`].")]
+            pub const $constant: $number = $name::$value as $number;
+        )+
+    };
+}
+
 mod alarms;
 mod chart;
 mod command;
@@ -51,6 +70,7 @@ mod overlay;
 mod records;
 mod simulator;
 mod telemetry;
+mod values;
 mod vocabulary;
 
 pub use alarms::*;
@@ -63,10 +83,10 @@ pub use overlay::*;
 pub use records::*;
 pub use simulator::*;
 pub use telemetry::*;
-pub use vocabulary::*;
+pub use values::*;
 
-/// Ids of all capabilities, with the names that the header has for ids and function tables. The
-/// header, and what the host knows of capabilities, come from this list.
+/// Ids of all capabilities, with the names that the headers have for ids and function tables. The
+/// ids in the headers, and what the host knows of capabilities, come from this list.
 ///
 /// cbindgen:ignore
 pub const CAPABILITIES: &[CapabilityDefinition] = &[

@@ -3,7 +3,7 @@
 
 use core::ffi::c_void;
 
-use crate::{BusbarError, BusbarPlugin, BusbarStatus};
+use crate::{BusbarError, BusbarPlugin, BusbarStatusNumber};
 
 /// Id of the capability.
 pub const MESH_OPTIMIZER_ID: &str = "busbar.mesh-optimizer/1-draft";
@@ -141,6 +141,6 @@ pub struct BusbarMeshOptimizer {
             progress: *const BusbarProgress,
             output: *mut BusbarCollapseOutput,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
 }

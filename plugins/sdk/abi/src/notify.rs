@@ -4,7 +4,7 @@
 //! The host hands over changes with growing numbers, again and again until the plugin has taken
 //! them; `plugins/sdk/sdk/src/notify.rs` has the fields of the JSON.
 
-use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr, BusbarTextOutput};
+use crate::{BusbarError, BusbarPlugin, BusbarStatusNumber, BusbarStr, BusbarTextOutput};
 
 /// Id of the capability.
 pub const NOTIFY_ID: &str = "busbar.notify/1-draft";
@@ -26,7 +26,7 @@ pub struct BusbarNotify {
     pub struct_size: u32,
     /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Takes a batch of changes as JSON, writes a report as JSON, and returns
+    /// `[serialized]` Takes a batch of changes as JSON, writes a report as JSON, and returns
     /// without waiting for any receiver. Changes that were taken before may come again and count
     /// once. Fails with `BUSBAR_BUFFER_TOO_SMALL` when the report does not fit, with the bytes
     /// needed in `len`; the batch comes again then.
@@ -36,6 +36,6 @@ pub struct BusbarNotify {
             batch: BusbarStr,
             output: *mut BusbarTextOutput,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
 }

@@ -1,12 +1,15 @@
-//! Capability `busbar.overlay/1-draft`: values of tags to things drawn at equipment.
+//! Capability `busbar.overlay/2-draft`: values of tags to things drawn at equipment.
 //!
 //! The plugin says what to show; the host decides how it looks, and marks
 //! whatever rests on a value that is not good, whatever the plugin says.
 
-use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarStr};
+use crate::{
+    BusbarError, BusbarPlugin, BusbarQualityNumber, BusbarReasonNumber, BusbarStatusNumber,
+    BusbarStr, BusbarValueKindNumber,
+};
 
 /// Id of the capability.
-pub const OVERLAY_ID: &str = "busbar.overlay/1-draft";
+pub const OVERLAY_ID: &str = "busbar.overlay/2-draft";
 
 /// A tag bound to a node. Array element.
 #[repr(C)]
@@ -14,8 +17,10 @@ pub const OVERLAY_ID: &str = "busbar.overlay/1-draft";
 pub struct BusbarBinding {
     /// Names the node in primitives.
     pub node: u32,
-    /// `BUSBAR_VALUE_*` of the tag.
-    pub kind: u32,
+    /// Kind of the tag's values.
+    pub kind: BusbarValueKindNumber,
+    /// Reserved; must be zero.
+    pub reserved: [u8; 3],
     /// Normal band, lower end; NaN for none.
     pub limit_low: f64,
     /// Normal band, upper end; NaN for none.
@@ -36,22 +41,27 @@ pub struct BusbarBinding {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarTagValue {
-    /// `BUSBAR_VALUE_*`; `BUSBAR_VALUE_NONE` if no value came yet.
-    pub kind: u8,
-    /// Quality, one of `BUSBAR_QUALITY_*`, freshness included.
-    pub quality: u8,
-    /// Reason of the quality, one of `BUSBAR_REASON_*`.
-    pub reason: u8,
+    /// Kind of the last value; `BUSBAR_VALUE_KIND_NONE` if no value came yet.
+    pub kind: BusbarValueKindNumber,
+    /// Quality of the value, freshness included.
+    pub quality: BusbarQualityNumber,
+    /// Reason of the quality.
+    pub reason: BusbarReasonNumber,
     /// Origin of the value, `BUSBAR_ORIGIN_*` or'ed; 0 for a live one. The host gives what is drawn
     /// on the value, and verdicts that rest on it, this origin. A plugin with a history begins it
     /// anew where the origin changes.
     pub origin: u8,
     /// Reserved; must be zero.
     pub reserved: [u8; 4],
-    /// Bits of the last value.
-    pub value: u64,
+    /// Last value of kind `BUSBAR_VALUE_KIND_F64`; 0 for others.
+    pub number: f64,
+    /// Last value of kind `BUSBAR_VALUE_KIND_I64`, `BUSBAR_VALUE_KIND_BOOL` or
+    /// `BUSBAR_VALUE_KIND_DOUBLE_POINT`; 0 for others.
+    pub integer: i64,
     /// Time since that value came, milliseconds.
     pub age_millis: u64,
+    /// Last value of kind `BUSBAR_VALUE_KIND_TEXT`, valid during the call; empty for others.
+    pub text: BusbarStr,
 }
 
 /// Frame with all bound tags at one instant.
@@ -70,14 +80,72 @@ pub struct BusbarOverlayFrame {
     pub values: *const BusbarTagValue,
 }
 
-/// Primitive: a line of the label at a node: caption and value.
-pub const BUSBAR_OVERLAY_LINE: u32 = 1;
-/// Primitive: the node and all under it drawn in the colour of the severity.
-pub const BUSBAR_OVERLAY_TINT: u32 = 2;
+/// Kind of a primitive.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarPrimitiveKind {
+    /// Line of the label at a node: caption and value.
+    Line = 1,
+    /// Tint: the node and all under it, drawn in the colour of the severity.
+    Tint = 2,
+    /// State of the legend of a piece of equipment, and of all under it. A state that rests on
+    /// several bindings is named once for each, one after the other.
+    State = 3,
+}
 
-/// Primitive: a piece of equipment, and all under it, in a state of the legend. What rests
-/// on several bindings is named once for each, one after the other.
-pub const BUSBAR_OVERLAY_STATE: u32 = 3;
+enum_numbers! {
+    /// Number of a [`BusbarPrimitiveKind`] that the other side wrote.
+    BusbarPrimitiveKindNumber: u32 = BusbarPrimitiveKind {
+        BUSBAR_PRIMITIVE_KIND_LINE = Line,
+        BUSBAR_PRIMITIVE_KIND_TINT = Tint,
+        BUSBAR_PRIMITIVE_KIND_STATE = State,
+    }
+}
+
+/// Severity of a primitive.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarSeverity {
+    /// Severity of the normal state; grey.
+    Normal = 0,
+    /// Severity outside the normal band.
+    Warning = 1,
+    /// Severity that needs action now.
+    Alarm = 2,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarSeverity`] that the other side wrote.
+    BusbarSeverityNumber: u32 = BusbarSeverity {
+        BUSBAR_SEVERITY_NORMAL = Normal,
+        BUSBAR_SEVERITY_WARNING = Warning,
+        BUSBAR_SEVERITY_ALARM = Alarm,
+    }
+}
+
+/// Pattern of a state, which those see who see no colour.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarPattern {
+    /// Pattern of a plain colour.
+    Solid = 0,
+    /// Pattern of diagonal stripes.
+    Striped = 1,
+    /// Pattern of stripes that cross.
+    Crossed = 2,
+    /// Pattern of regular dots.
+    Dotted = 3,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarPattern`] that the other side wrote.
+    BusbarPatternNumber: u32 = BusbarPattern {
+        BUSBAR_PATTERN_SOLID = Solid,
+        BUSBAR_PATTERN_STRIPED = Striped,
+        BUSBAR_PATTERN_CROSSED = Crossed,
+        BUSBAR_PATTERN_DOTTED = Dotted,
+    }
+}
 
 /// A state that an overlay shows equipment in, as the legend has it. Array element.
 #[repr(C)]
@@ -85,9 +153,9 @@ pub const BUSBAR_OVERLAY_STATE: u32 = 3;
 pub struct BusbarLegendEntry {
     /// Display name of the state; at most 64 bytes.
     pub name: BusbarStr,
-    /// `BUSBAR_PATTERN_*`: no two entries that differ in colour alone may mean different
+    /// Pattern of the state: no two entries that differ in colour alone may mean different
     /// things to who sees none.
-    pub pattern: u32,
+    pub pattern: BusbarPatternNumber,
     /// Colour in sRGB, `0xRRGGBB`.
     pub color: u32,
 }
@@ -150,29 +218,46 @@ pub struct BusbarOverlayDescription {
     pub findings: *const BusbarStr,
 }
 
-/// Quantity: the position of a switch. `value` is the share of its way that it has travelled
-/// from open (0) to closed (1), in between while it travels; NaN where what is reported
-/// contradicts itself. `other` is the index of the mechanism.
-pub const BUSBAR_QUANTITY_POSITION: u32 = 1;
-/// Quantity: power that flows. `value` is its share of the rating, positive from `equipment`
-/// to `other`, a second piece of it.
-pub const BUSBAR_QUANTITY_FLOW: u32 = 2;
-/// Quantity: a level of the contour, in its unit. `other` is zero.
-pub const BUSBAR_QUANTITY_LEVEL: u32 = 3;
+/// Kind of a quantity.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarQuantityKind {
+    /// Position of a switch. `value` is the share of its way that it has travelled from open (0) to
+    /// closed (1), in between while it travels; NaN where what is reported contradicts itself.
+    Position = 1,
+    /// Power that flows. `value` is its share of the rating, positive from `equipment` to
+    /// `to_equipment`.
+    Flow = 2,
+    /// Level of the contour, in its unit.
+    Level = 3,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarQuantityKind`] that the other side wrote.
+    BusbarQuantityKindNumber: u32 = BusbarQuantityKind {
+        BUSBAR_QUANTITY_KIND_POSITION = Position,
+        BUSBAR_QUANTITY_KIND_FLOW = Flow,
+        BUSBAR_QUANTITY_KIND_LEVEL = Level,
+    }
+}
 
 /// A number at equipment that the host gives a shape. Array element.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlayQuantity {
-    /// Kind of the quantity, one of `BUSBAR_QUANTITY_*`.
-    pub kind: u32,
+    /// Kind of the quantity.
+    pub kind: BusbarQuantityKindNumber,
     /// Index of the binding whose value this rests on: what is not good is drawn as not known.
     pub binding: u32,
     /// Index of the equipment described.
     pub equipment: u32,
-    /// Second index, by the kind.
-    pub other: u32,
-    /// Value by the kind; finite unless the kind says otherwise.
+    /// Index of the mechanism of a position; 0 for others.
+    pub mechanism: u32,
+    /// Index of the equipment that power flows to; 0 for others.
+    pub to_equipment: u32,
+    /// Reserved; must be zero.
+    pub reserved: u32,
+    /// Number of the quantity, in the unit of its kind; finite unless the kind says otherwise.
     pub value: f64,
 }
 
@@ -180,15 +265,19 @@ pub struct BusbarOverlayQuantity {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlayPrimitive {
-    /// Kind of the primitive, one of `BUSBAR_OVERLAY_*`.
-    pub kind: u32,
+    /// Kind of the primitive.
+    pub kind: BusbarPrimitiveKindNumber,
     /// Index of the binding whose value this rests on. The host hatches the
     /// primitive, with the age, when that value is not good.
     pub binding: u32,
-    /// Node at which it is drawn; of a state, the index of the equipment described.
+    /// Node at which a line or tint is drawn; 0 for a state.
     pub node: u32,
-    /// `BUSBAR_SEVERITY_*`; of a state, the index of the legend's entry.
-    pub severity: u32,
+    /// Severity of a line or tint; 0 for a state.
+    pub severity: BusbarSeverityNumber,
+    /// Index of the equipment described that is in a state; 0 for others.
+    pub equipment: u32,
+    /// Index of the legend's entry of a state; 0 for others.
+    pub entry: u32,
     /// Caption: offset into the text buffer, bytes.
     pub caption_offset: u32,
     /// Caption: length, at most 256 bytes.
@@ -199,14 +288,35 @@ pub struct BusbarOverlayPrimitive {
     pub text_len: u32,
 }
 
+/// Verdict of an overlay on a piece of equipment.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarVerdict {
+    /// Equipment within its limits.
+    Normal = 1,
+    /// Equipment outside its limits, or in a state that needs attention.
+    Abnormal = 2,
+    /// Equipment that cannot be judged, for the reason given.
+    Unknown = 3,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarVerdict`] that the other side wrote.
+    BusbarVerdictNumber: u32 = BusbarVerdict {
+        BUSBAR_VERDICT_NORMAL = Normal,
+        BUSBAR_VERDICT_ABNORMAL = Abnormal,
+        BUSBAR_VERDICT_UNKNOWN = Unknown,
+    }
+}
+
 /// Flag of a verdict: it rests on a default of the plugin, which the reason names.
-pub const BUSBAR_VERDICT_ASSUMED: u32 = 1;
+pub const BUSBAR_VERDICT_FLAG_ASSUMED: u32 = 1;
 /// Flag of an abnormal verdict: it is surely no alarm, so that it needs attention and no action
 /// now. Without this flag and the next one an abnormal verdict is an alarm: it needs action now.
-pub const BUSBAR_VERDICT_WARNING: u32 = 2;
+pub const BUSBAR_VERDICT_FLAG_WARNING: u32 = 2;
 /// Flag of an abnormal verdict: it needs attention, and the inputs do not decide whether it is an
 /// alarm.
-pub const BUSBAR_VERDICT_PERHAPS_ALARM: u32 = 4;
+pub const BUSBAR_VERDICT_FLAG_PERHAPS_ALARM: u32 = 4;
 
 /// The judgment of an overlay on one piece of equipment. Array element. Every piece that
 /// was described has one in every frame; the host takes a piece without one as unknown, and
@@ -216,10 +326,10 @@ pub const BUSBAR_VERDICT_PERHAPS_ALARM: u32 = 4;
 pub struct BusbarOverlayVerdict {
     /// Index of the equipment described.
     pub equipment: u32,
-    /// Verdict, one of `BUSBAR_VERDICT_*`.
-    pub verdict: u32,
-    /// Flags: `BUSBAR_VERDICT_ASSUMED`, and one of `BUSBAR_VERDICT_WARNING` and
-    /// `BUSBAR_VERDICT_PERHAPS_ALARM` of an abnormal verdict; or 0.
+    /// Verdict on the equipment.
+    pub verdict: BusbarVerdictNumber,
+    /// Flags: `BUSBAR_VERDICT_FLAG_ASSUMED`, and one of `BUSBAR_VERDICT_FLAG_WARNING` and
+    /// `BUSBAR_VERDICT_FLAG_PERHAPS_ALARM` of an abnormal verdict; or 0.
     pub flags: u32,
     /// Reason, for people: offset into the text buffer, bytes.
     pub reason_offset: u32,
@@ -273,7 +383,7 @@ pub struct BusbarOverlayOutput {
     pub basis: *mut u32,
 }
 
-/// Function table of `busbar.overlay/1-draft`.
+/// Function table of `busbar.overlay/2-draft`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarOverlay {
@@ -281,7 +391,7 @@ pub struct BusbarOverlay {
     pub struct_size: u32,
     /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Says which tags are bound to which nodes; called before
+    /// `[serialized]` Says which tags are bound to which nodes; called before
     /// the first `draw` and after a reload. Everything is borrowed for the
     /// call.
     pub configure: Option<
@@ -290,9 +400,9 @@ pub struct BusbarOverlay {
             bindings: *const BusbarBinding,
             binding_count: usize,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
-    /// `[main-thread]` Works out what to draw, and judges the equipment. Called at
+    /// `[serialized]` Works out what to draw, and judges the equipment. Called at
     /// most once a frame, also while nobody has the overlay drawn, and must return
     /// within a few milliseconds. Fails with
     /// `BUSBAR_BUFFER_TOO_SMALL` when the buffers do not suffice.
@@ -302,15 +412,15 @@ pub struct BusbarOverlay {
             frame: *const BusbarOverlayFrame,
             output: *mut BusbarOverlayOutput,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
-    /// `[main-thread]` Says what is shown besides values; called after each
+    /// `[serialized]` Says what is shown besides values; called after each
     /// `configure`. Null where it is nothing.
     pub describe: Option<
         unsafe extern "C" fn(
             plugin: *const BusbarPlugin,
             description: *mut BusbarOverlayDescription,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
 }

@@ -6,7 +6,7 @@
 //! has its fields. A revision tells whether anything changed, so that what did not costs
 //! nothing.
 
-use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarTextOutput};
+use crate::{BusbarError, BusbarPlugin, BusbarStatusNumber, BusbarTextOutput};
 
 /// Id of the capability.
 pub const RECORDS_ID: &str = "busbar.records/1-draft";
@@ -30,6 +30,30 @@ pub const BUSBAR_RECORD_NO_TIME: i64 = i64::MIN;
 /// Flag of an open row: something is still to be done.
 pub const BUSBAR_RECORD_OPEN: u32 = 1;
 
+/// Severity of the defect that a row reports.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarDefectSeverity {
+    /// Severity of a row that is no defect, or of which that is not known.
+    None = 0,
+    /// Severity of a defect to be mended when there is occasion.
+    General = 1,
+    /// Severity of a defect to be mended soon, and watched until then.
+    Serious = 2,
+    /// Severity of a defect to be mended at once.
+    Critical = 3,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarDefectSeverity`] that the other side wrote.
+    BusbarDefectSeverityNumber: u32 = BusbarDefectSeverity {
+        BUSBAR_DEFECT_SEVERITY_NONE = None,
+        BUSBAR_DEFECT_SEVERITY_GENERAL = General,
+        BUSBAR_DEFECT_SEVERITY_SERIOUS = Serious,
+        BUSBAR_DEFECT_SEVERITY_CRITICAL = Critical,
+    }
+}
+
 /// Time, severity and flags of a row. Array element.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,8 +61,8 @@ pub struct BusbarRecordRow {
     /// Time at which the row was reported or done, nanoseconds since 1970-01-01 UTC, or
     /// `BUSBAR_RECORD_NO_TIME`.
     pub time_unix_nanos: i64,
-    /// Severity of the row, one of `BUSBAR_RECORD_NO_SEVERITY` to `BUSBAR_RECORD_CRITICAL`.
-    pub severity: u32,
+    /// Severity of the defect, if the row reports one.
+    pub severity: BusbarDefectSeverityNumber,
     /// Flags of the row: `BUSBAR_RECORD_OPEN`, or 0.
     pub flags: u32,
 }
@@ -82,16 +106,16 @@ pub struct BusbarRecords {
     pub struct_size: u32,
     /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread]` Writes the description as JSON. Fails with `BUSBAR_BUFFER_TOO_SMALL` when
+    /// `[serialized]` Writes the description as JSON. Fails with `BUSBAR_BUFFER_TOO_SMALL` when
     /// the text does not fit, with the bytes needed in `len`.
     pub describe: Option<
         unsafe extern "C" fn(
             plugin: *const BusbarPlugin,
             output: *mut BusbarTextOutput,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
-    /// `[main-thread]` Writes rows. Fails with `BUSBAR_INVALID_ARGUMENT` when there is no such
+    /// `[serialized]` Writes rows. Fails with `BUSBAR_INVALID_ARGUMENT` when there is no such
     /// list, or its number of columns is another. Fails with `BUSBAR_BUFFER_TOO_SMALL` when not one
     /// row fits.
     pub read: Option<
@@ -99,6 +123,6 @@ pub struct BusbarRecords {
             plugin: *const BusbarPlugin,
             page: *mut BusbarRecordPage,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
 }

@@ -5,7 +5,7 @@
 //! its address. What value a tag has at an instant follows from the seed, the tag's id,
 //! its behaviour and the scenario alone (`busbar_plugin_sdk::simulation` has the formulas).
 
-use crate::{BusbarError, BusbarPlugin, BusbarStatus, BusbarTagSpec};
+use crate::{BusbarError, BusbarPlugin, BusbarStatusNumber, BusbarTagSpec};
 
 /// Id of the capability.
 pub const SIMULATOR_ID: &str = "busbar.simulator/1-draft";
@@ -13,14 +13,56 @@ pub const SIMULATOR_ID: &str = "busbar.simulator/1-draft";
 /// Capacity of the text of a [`BusbarSimulatorStatus`], bytes.
 pub const BUSBAR_SIMULATOR_MESSAGE_CAPACITY: usize = 512;
 
+/// Shape of a simulated signal.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarSignalShape {
+    /// Shape of a constant at the base.
+    Constant = 0,
+    /// Shape of a sine about the base.
+    Sine = 1,
+    /// Shape of a smooth random walk about the base.
+    Walk = 2,
+    /// Shape of levels about the base, or positions of a switch, each held for a period.
+    Steps = 3,
+    /// Shape of a counter: one more each period, from the base to base and amplitude, then anew.
+    Counter = 4,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarSignalShape`] that the other side wrote.
+    BusbarSignalShapeNumber: u32 = BusbarSignalShape {
+        BUSBAR_SIGNAL_SHAPE_CONSTANT = Constant,
+        BUSBAR_SIGNAL_SHAPE_SINE = Sine,
+        BUSBAR_SIGNAL_SHAPE_WALK = Walk,
+        BUSBAR_SIGNAL_SHAPE_STEPS = Steps,
+        BUSBAR_SIGNAL_SHAPE_COUNTER = Counter,
+    }
+}
+
+/// Fault of a lost link: connections end, and new ones are refused.
+pub const BUSBAR_FAULT_LINK_LOSS: u32 = 1;
+/// Fault of a slow device: every answer is delayed, but within the deadline.
+pub const BUSBAR_FAULT_SLOW: u32 = 2;
+/// Fault of half-open connections, through which no bytes come.
+pub const BUSBAR_FAULT_HALF_OPEN: u32 = 4;
+/// Fault of connections that are reset, again and again.
+pub const BUSBAR_FAULT_RESET: u32 = 8;
+/// Fault of random bytes instead of answers.
+pub const BUSBAR_FAULT_GARBAGE: u32 = 16;
+/// Fault of answers after the client's deadline.
+pub const BUSBAR_FAULT_LATE: u32 = 32;
+/// Fault of a wrong device clock.
+pub const BUSBAR_FAULT_CLOCK_JUMP: u32 = 64;
+
 /// Simulated tag. Array element.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct BusbarSimulatedTag {
     /// Specification of the tag, as for telemetry.
     pub spec: BusbarTagSpec,
-    /// Shape of the signal, one of `BUSBAR_SHAPE_*`.
-    pub shape: u32,
+    /// Shape of the signal.
+    pub shape: BusbarSignalShapeNumber,
     /// Reserved; must be zero.
     pub reserved: u32,
     /// Base value of the signal, in the tag's unit; 0 or 1 for bool, 0 to 3 for double-point.
@@ -61,10 +103,23 @@ pub struct BusbarSimulation {
     pub link_faults: *const BusbarLinkFault,
 }
 
-/// Event kind: the tag moves to a value and stays there.
-pub const BUSBAR_EVENT_VALUE: u32 = 0;
-/// Event kind: the tag follows its own shape again.
-pub const BUSBAR_EVENT_RELEASE: u32 = 1;
+/// Kind of a scenario event.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusbarSimulatedEventKind {
+    /// Event of a tag that moves to a value and stays there.
+    Value = 0,
+    /// Event of a tag that follows its own shape again.
+    Release = 1,
+}
+
+enum_numbers! {
+    /// Number of a [`BusbarSimulatedEventKind`] that the other side wrote.
+    BusbarSimulatedEventKindNumber: u32 = BusbarSimulatedEventKind {
+        BUSBAR_SIMULATED_EVENT_KIND_VALUE = Value,
+        BUSBAR_SIMULATED_EVENT_KIND_RELEASE = Release,
+    }
+}
 
 /// Scenario event of a simulated tag. Array element.
 #[repr(C)]
@@ -72,8 +127,8 @@ pub const BUSBAR_EVENT_RELEASE: u32 = 1;
 pub struct BusbarSimulatedEvent {
     /// Handle of the tag.
     pub tag: u32,
-    /// Kind of the event, one of `BUSBAR_EVENT_*`.
-    pub kind: u32,
+    /// Kind of the event.
+    pub kind: BusbarSimulatedEventKindNumber,
     /// Time of the event, seconds since the scenario began; not negative.
     pub at_seconds: f64,
     /// Duration of the ramp to the value, seconds; not negative, 0 for bool and double-point.
@@ -131,7 +186,7 @@ impl BusbarSimulatorStatus {
     }
 }
 
-/// Function table of `busbar.simulator/1-draft`. It is independent of `busbar.telemetry/1-draft`,
+/// Function table of `busbar.simulator/1-draft`. It is independent of `busbar.telemetry/2-draft`,
 /// which the plugin may also have.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -140,7 +195,7 @@ pub struct BusbarSimulator {
     pub struct_size: u32,
     /// Reserved; must be zero.
     pub reserved: u32,
-    /// `[main-thread & idle]` Listens, serves tags on threads of the plugin's own, and returns at
+    /// `[serialized & idle]` Listens, serves tags on threads of the plugin's own, and returns at
     /// once. Tags and simulation are valid during the call. Fails with `BUSBAR_INVALID_SETTINGS`
     /// when an address is wrong or cannot hold the values of its tag. The message names every tag
     /// at fault that it has room for. Fails with `BUSBAR_FAILED` when the plugin cannot listen. The
@@ -152,17 +207,17 @@ pub struct BusbarSimulator {
             tag_count: usize,
             simulation: *const BusbarSimulation,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
-    /// `[main-thread & active]` Ends all connections and threads within two seconds,
+    /// `[serialized & active]` Ends all connections and threads within two seconds,
     /// and listens no more.
     pub stop: Option<unsafe extern "C" fn(plugin: *const BusbarPlugin)>,
-    /// `[main-thread & active]` Fills in the status of the simulation.
+    /// `[serialized & active]` Fills in the status of the simulation.
     pub status: Option<
         unsafe extern "C" fn(
             plugin: *const BusbarPlugin,
             status: *mut BusbarSimulatorStatus,
             error: *mut BusbarError,
-        ) -> BusbarStatus,
+        ) -> BusbarStatusNumber,
     >,
 }

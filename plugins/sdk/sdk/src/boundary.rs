@@ -13,7 +13,7 @@ use crate::Error;
 pub(crate) unsafe fn guard(
     error: *mut abi::BusbarError,
     work: impl FnOnce() -> Result<(), Error>,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let result = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
         let what = payload
             .downcast_ref::<&str>()

@@ -188,9 +188,9 @@ pub(crate) unsafe fn run<P: Command>(
         return Err(Error::cancelled());
     }
     result.exit_code = match outcome? {
-        CommandExit::Done => abi::BUSBAR_EXIT_DONE,
-        CommandExit::InputAtFault => abi::BUSBAR_EXIT_INPUT,
-        CommandExit::WrongUse => abi::BUSBAR_EXIT_USAGE,
+        CommandExit::Done => abi::BUSBAR_EXIT_CODE_DONE,
+        CommandExit::InputAtFault => abi::BUSBAR_EXIT_CODE_INPUT,
+        CommandExit::WrongUse => abi::BUSBAR_EXIT_CODE_USAGE,
     };
     Ok(())
 }

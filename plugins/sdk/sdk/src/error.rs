@@ -7,7 +7,7 @@ use crate::boundary::checked_mut;
 /// Error of a call: who must act, and a sentence with fault and remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
-    status: abi::BusbarStatus,
+    status: abi::BusbarStatusNumber,
     message: String,
 }
 
@@ -48,7 +48,7 @@ impl Error {
     ///
     /// # Safety
     /// `into` is null or points to a `BusbarError` that may be written.
-    pub(crate) unsafe fn write(self, into: *mut abi::BusbarError) -> abi::BusbarStatus {
+    pub(crate) unsafe fn write(self, into: *mut abi::BusbarError) -> abi::BusbarStatusNumber {
         // SAFETY: the caller vouches for the pointer.
         if let Ok(into) = unsafe { checked_mut(into, "the error") } {
             let len = self.message.floor_char_boundary(into.message.len());

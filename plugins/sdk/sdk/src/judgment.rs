@@ -6,8 +6,8 @@ use busbar_types::{Verdict, VerdictSeverity};
 /// Returns the bits of a severity among the flags of a verdict.
 pub(crate) fn severity_flag(severity: VerdictSeverity) -> u32 {
     match severity {
-        VerdictSeverity::Warning => abi::BUSBAR_VERDICT_WARNING,
-        VerdictSeverity::PerhapsAlarm => abi::BUSBAR_VERDICT_PERHAPS_ALARM,
+        VerdictSeverity::Warning => abi::BUSBAR_VERDICT_FLAG_WARNING,
+        VerdictSeverity::PerhapsAlarm => abi::BUSBAR_VERDICT_FLAG_PERHAPS_ALARM,
         VerdictSeverity::Alarm => 0,
     }
 }
@@ -75,8 +75,8 @@ mod tests {
     fn a_severity_is_no_more_certain_than_its_bounds() {
         for (bounds, expected, flag) in [
             ((true, true), VerdictSeverity::Alarm, 0),
-            ((false, true), VerdictSeverity::PerhapsAlarm, abi::BUSBAR_VERDICT_PERHAPS_ALARM),
-            ((false, false), VerdictSeverity::Warning, abi::BUSBAR_VERDICT_WARNING),
+            ((false, true), VerdictSeverity::PerhapsAlarm, abi::BUSBAR_VERDICT_FLAG_PERHAPS_ALARM),
+            ((false, false), VerdictSeverity::Warning, abi::BUSBAR_VERDICT_FLAG_WARNING),
         ] {
             let severity = VerdictSeverity::from_bounds(bounds.0, bounds.1);
             assert_eq!((severity, severity_flag(severity)), (expected, flag), "{bounds:?}");

@@ -79,8 +79,8 @@ mod worker;
 
 /// Vocabulary that host and plugins share.
 pub use busbar_types::{
-    AlarmState, DefectSeverity, DoublePoint, Origin, Pattern, Priority, Quality, QualityLevel,
-    Reason, Severity, Value, ValueKind, Verdict, VerdictSeverity,
+    AlarmState, DefectSeverity, DoublePoint, MAX_TEXT_BYTES, Origin, Pattern, Priority, Quality,
+    QualityLevel, Reason, Severity, Text, Value, ValueKind, Verdict, VerdictSeverity,
 };
 
 pub use alarms::{AlarmReport, Alarms, MAX_SOURCE_ALARM_TEXT, MAX_SOURCE_ALARMS, SourceAlarm};
@@ -111,6 +111,7 @@ pub use simulator::{SimulatedTag, Simulation, SimulationStatus, Simulator};
 pub use state_file::{StateFile, StateFileLayout, StoredState, state_file_fault};
 pub use states::parse_states;
 pub use telemetry::{LinkState, Sample, SampleSink, TagSpec, Telemetry};
+pub use value::{text_value, text_value_of_bytes};
 pub use worker::{MAX_STOP, StopToken, Worker};
 
 /// Plugin type: its identity, its settings, and the creation of instances.

@@ -1,4 +1,4 @@
-//! Capability `busbar.overlay/1-draft`: values, states and verdicts at equipment.
+//! Capability `busbar.overlay/2-draft`: values, states and verdicts at equipment.
 
 use std::time::Duration;
 
@@ -63,7 +63,7 @@ pub struct Binding {
 }
 
 /// State of a bound tag in this frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TagValue {
     /// Last value; `None` if none came yet.
     pub value: Option<Value>,
@@ -83,7 +83,7 @@ impl TagValue {
 
     /// Returns the last value as a number, whatever its quality.
     pub fn number(&self) -> Option<f64> {
-        let number = self.value?.as_number()?;
+        let number = self.value.as_ref()?.as_number()?;
         number.is_finite().then_some(number)
     }
 }
@@ -104,12 +104,18 @@ impl OverlayFrame<'_> {
     /// Returns the values in the order of the bindings.
     pub fn values(&self) -> impl ExactSizeIterator<Item = TagValue> + '_ {
         self.values.iter().map(|raw| TagValue {
-            value: read_value(raw.kind, raw.value),
+            value: read_frame_value(raw),
             quality: read_quality(raw.quality, raw.reason),
             age: Duration::from_millis(raw.age_millis),
             origin: abi::origin_of_flags(raw.origin),
         })
     }
+}
+
+fn read_frame_value(raw: &abi::BusbarTagValue) -> Option<Value> {
+    let &abi::BusbarTagValue { kind, number, integer, text, .. } = raw;
+    // SAFETY: `run` makes frames of values whose texts the host keeps for the call.
+    unsafe { read_value(abi::ValueFields { kind, number, integer, text }) }
 }
 
 /// Output of a frame, written straight into the host's buffers.
@@ -135,10 +141,12 @@ impl Canvas<'_> {
         let (caption_offset, caption_len) = self.text(caption)?;
         let (text_offset, text_len) = self.text(text)?;
         self.push(abi::BusbarOverlayPrimitive {
-            kind: abi::BUSBAR_OVERLAY_LINE,
+            kind: abi::BUSBAR_PRIMITIVE_KIND_LINE,
             binding: binding as u32,
             node,
             severity: severity as u32,
+            equipment: 0,
+            entry: 0,
             caption_offset,
             caption_len,
             text_offset,
@@ -152,10 +160,12 @@ impl Canvas<'_> {
     /// When the host's buffers are full.
     pub fn tint(&mut self, binding: usize, node: u32, severity: Severity) -> Result<(), Error> {
         self.push(abi::BusbarOverlayPrimitive {
-            kind: abi::BUSBAR_OVERLAY_TINT,
+            kind: abi::BUSBAR_PRIMITIVE_KIND_TINT,
             binding: binding as u32,
             node,
             severity: severity as u32,
+            equipment: 0,
+            entry: 0,
             caption_offset: 0,
             caption_len: 0,
             text_offset: 0,
@@ -173,10 +183,12 @@ impl Canvas<'_> {
     /// When the host's buffers are full.
     pub fn state(&mut self, binding: usize, equipment: usize, entry: usize) -> Result<(), Error> {
         self.push(abi::BusbarOverlayPrimitive {
-            kind: abi::BUSBAR_OVERLAY_STATE,
+            kind: abi::BUSBAR_PRIMITIVE_KIND_STATE,
             binding: binding as u32,
-            node: equipment as u32,
-            severity: entry as u32,
+            node: 0,
+            severity: 0,
+            equipment: equipment as u32,
+            entry: entry as u32,
             caption_offset: 0,
             caption_len: 0,
             text_offset: 0,
@@ -239,7 +251,7 @@ impl Canvas<'_> {
             let room = self.output.verdict_capacity;
             return Err(Error::buffer(format!("more than {room} verdicts")));
         }
-        let assumed = if assumption.is_empty() { 0 } else { abi::BUSBAR_VERDICT_ASSUMED };
+        let assumed = if assumption.is_empty() { 0 } else { abi::BUSBAR_VERDICT_FLAG_ASSUMED };
         let severity = if verdict == Verdict::Abnormal { severity_flag(severity) } else { 0 };
         let verdict = abi::BusbarOverlayVerdict {
             equipment: equipment as u32,
@@ -271,7 +283,15 @@ impl Canvas<'_> {
         travelled: Option<f64>,
     ) -> Result<(), Error> {
         let value = travelled.map_or(f64::NAN, |share| share.clamp(0.0, 1.0));
-        self.quantity(abi::BUSBAR_QUANTITY_POSITION, binding, [equipment, mechanism], value)
+        self.quantity(abi::BusbarOverlayQuantity {
+            kind: abi::BUSBAR_QUANTITY_KIND_POSITION,
+            binding: binding as u32,
+            equipment: equipment as u32,
+            mechanism: mechanism as u32,
+            to_equipment: 0,
+            reserved: 0,
+            value,
+        })
     }
 
     /// Sets the power that flows from one piece of the equipment described to another, as a share
@@ -285,7 +305,15 @@ impl Canvas<'_> {
         [from, to]: [usize; 2],
         share: f64,
     ) -> Result<(), Error> {
-        self.quantity(abi::BUSBAR_QUANTITY_FLOW, binding, [from, to], share)
+        self.quantity(abi::BusbarOverlayQuantity {
+            kind: abi::BUSBAR_QUANTITY_KIND_FLOW,
+            binding: binding as u32,
+            equipment: from as u32,
+            mechanism: 0,
+            to_equipment: to as u32,
+            reserved: 0,
+            value: share,
+        })
     }
 
     /// Sets a level of the contour at a piece of the equipment described, in the contour's unit.
@@ -293,27 +321,22 @@ impl Canvas<'_> {
     /// # Errors
     /// When the host's buffers are full.
     pub fn level(&mut self, binding: usize, equipment: usize, value: f64) -> Result<(), Error> {
-        self.quantity(abi::BUSBAR_QUANTITY_LEVEL, binding, [equipment, 0], value)
+        self.quantity(abi::BusbarOverlayQuantity {
+            kind: abi::BUSBAR_QUANTITY_KIND_LEVEL,
+            binding: binding as u32,
+            equipment: equipment as u32,
+            mechanism: 0,
+            to_equipment: 0,
+            reserved: 0,
+            value,
+        })
     }
 
-    fn quantity(
-        &mut self,
-        kind: u32,
-        binding: usize,
-        [equipment, other]: [usize; 2],
-        value: f64,
-    ) -> Result<(), Error> {
+    fn quantity(&mut self, quantity: abi::BusbarOverlayQuantity) -> Result<(), Error> {
         if self.output.quantity_count >= self.output.quantity_capacity {
             let room = self.output.quantity_capacity;
             return Err(Error::buffer(format!("more than {room} overlay quantities")));
         }
-        let quantity = abi::BusbarOverlayQuantity {
-            kind,
-            binding: binding as u32,
-            equipment: equipment as u32,
-            other: other as u32,
-            value,
-        };
         let end = self.output.quantities.wrapping_add(self.output.quantity_count as usize);
         // SAFETY: the host gives room for `quantity_capacity` elements.
         unsafe { copy_out(&[quantity], end)? };

@@ -231,7 +231,7 @@ impl WrittenRows {
                 time_unix_nanos: row.unix_nanos.unwrap_or(abi::BUSBAR_RECORD_NO_TIME),
                 severity: row
                     .severity
-                    .map_or(abi::BUSBAR_RECORD_NO_SEVERITY, |severity| severity.code().into()),
+                    .map_or(abi::BUSBAR_DEFECT_SEVERITY_NONE, |severity| severity.code().into()),
                 flags: if row.is_open { abi::BUSBAR_RECORD_OPEN } else { 0 },
             });
         }

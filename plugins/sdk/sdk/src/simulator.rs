@@ -140,10 +140,10 @@ fn scenarios(
     for event in events {
         let at = seconds(event.at_seconds)?;
         let happening = match event.kind {
-            abi::BUSBAR_EVENT_VALUE if event.value.is_finite() => {
+            abi::BUSBAR_SIMULATED_EVENT_KIND_VALUE if event.value.is_finite() => {
                 ScenarioEvent::Value { value: event.value, over: seconds(event.over_seconds)? }
             }
-            abi::BUSBAR_EVENT_RELEASE => ScenarioEvent::Release,
+            abi::BUSBAR_SIMULATED_EVENT_KIND_RELEASE => ScenarioEvent::Release,
             _ => {
                 let (kind, value) = (event.kind, event.value);
                 return Err(Error::argument(format!("an event of kind {kind} to {value}")));

@@ -1,4 +1,4 @@
-//! Capability `busbar.telemetry/1-draft`: samples of devices.
+//! Capability `busbar.telemetry/2-draft`: samples of devices.
 
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -101,7 +101,7 @@ impl TagSpec {
 }
 
 /// Update of one tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// Handle of the tag, from [`TagSpec`].
     pub tag: u32,
@@ -136,8 +136,9 @@ impl Sample {
         Self { flags: self.flags | flags, ..self }
     }
 
-    fn to_abi(self) -> abi::BusbarSample {
-        let (kind, value) = abi::value_codes(self.value);
+    /// Lays the sample out for the host; valid as long as the sample is.
+    fn to_abi(&self) -> abi::BusbarSample {
+        let value = abi::ValueFields::new(self.value.as_ref());
         let (quality, reason) = self.quality.codes();
         let mut flags = self.flags;
         let source_time_unix_nanos = self.source_time.map_or(abi::BUSBAR_NO_TIME, |time| {
@@ -149,12 +150,14 @@ impl Sample {
         });
         abi::BusbarSample {
             tag: self.tag,
-            kind,
+            kind: value.kind,
             quality,
             reason,
             flags: flags.bits(),
-            value,
+            number: value.number,
+            integer: value.integer,
             source_time_unix_nanos,
+            text: value.text,
         }
     }
 }
@@ -199,9 +202,9 @@ impl SampleSink {
     /// Hands a batch to the host without blocking; returns how many samples it
     /// took. The rest were dropped and counted.
     pub fn publish(&self, samples: &[Sample]) -> usize {
-        let batch: Vec<_> = samples.iter().map(|sample| sample.to_abi()).collect();
+        let batch: Vec<_> = samples.iter().map(Sample::to_abi).collect();
         self.with(|sink| {
-            // SAFETY: context and function belong together; the batch outlives the call.
+            // SAFETY: context and function belong together; batch and texts outlive the call.
             let publish = |f: unsafe extern "C" fn(_, _, _) -> _| unsafe {
                 f(sink.context, batch.as_ptr(), batch.len())
             };
@@ -219,9 +222,9 @@ impl SampleSink {
     /// Reports the state of the link to operators, with a sentence.
     pub fn report_link(&self, state: LinkState, message: &str) {
         let state = match state {
-            LinkState::Connecting => abi::BUSBAR_LINK_CONNECTING,
-            LinkState::Up => abi::BUSBAR_LINK_UP,
-            LinkState::Down => abi::BUSBAR_LINK_DOWN,
+            LinkState::Connecting => abi::BUSBAR_LINK_STATE_CONNECTING,
+            LinkState::Up => abi::BUSBAR_LINK_STATE_UP,
+            LinkState::Down => abi::BUSBAR_LINK_STATE_DOWN,
         };
         self.with(|sink| {
             if let Some(report) = sink.report_link {

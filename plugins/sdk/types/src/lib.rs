@@ -7,9 +7,12 @@
 //! - feature `serde`: words in JSON as configurations, audit logs and plugins write them;
 //! - feature `schemars`: JSON Schema, with the doc comments as descriptions.
 //!
-//! Invariant: no dependency without a feature, no allocation, no I/O; plain data alone.
+//! Invariant: no dependency without a feature, no I/O; plain data alone, and texts whose clones
+//! share their bytes.
 
 #![no_std]
+
+extern crate alloc;
 
 mod alarm_state;
 mod code;
@@ -19,6 +22,7 @@ mod overlay;
 mod priority;
 mod quality;
 mod simulation;
+mod text;
 mod value;
 
 pub use alarm_state::{AlarmAction, AlarmState};
@@ -28,4 +32,5 @@ pub use overlay::{DefectSeverity, Pattern, Severity, Verdict, VerdictSeverity};
 pub use priority::{Limit, Priority};
 pub use quality::{Quality, QualityLevel, Reason};
 pub use simulation::{FaultKind, SignalShape};
+pub use text::{MAX_TEXT_BYTES, Text};
 pub use value::{Value, ValueKind};

@@ -1,10 +1,10 @@
 //! Values of tags and their types.
 
-use crate::DoublePoint;
 use crate::code::codes;
+use crate::{DoublePoint, Text};
 
 /// Value of a tag.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Value {
     /// Floating-point measurement, in the tag's unit.
@@ -15,6 +15,8 @@ pub enum Value {
     Bool(bool),
     /// Double point: a switch position.
     DoublePoint(DoublePoint),
+    /// Text, such as the name of a mode.
+    Text(Text),
 }
 
 /// Type of a tag's value.
@@ -36,73 +38,85 @@ pub enum ValueKind {
     Bool = 3,
     /// A switch position: intermediate, off, on, or faulty.
     DoublePoint = 4,
+    /// Text of at most 255 bytes: a mode, a meter number, a last message.
+    Text = 5,
 }
 
-codes!(ValueKind { F64, I64, Bool, DoublePoint });
+codes!(ValueKind { F64, I64, Bool, DoublePoint, Text });
 
 impl Value {
     /// Returns the type of this value.
     #[inline]
-    pub const fn kind(self) -> ValueKind {
+    pub const fn kind(&self) -> ValueKind {
         match self {
             Self::F64(_) => ValueKind::F64,
             Self::I64(_) => ValueKind::I64,
             Self::Bool(_) => ValueKind::Bool,
             Self::DoublePoint(_) => ValueKind::DoublePoint,
+            Self::Text(_) => ValueKind::Text,
         }
     }
 
-    /// Converts a quantity to a number; `None` for a state.
-    pub const fn as_number(self) -> Option<f64> {
+    /// Converts a quantity to a number; `None` for a state and for text.
+    pub const fn as_number(&self) -> Option<f64> {
         match self {
-            Self::F64(value) => Some(value),
-            Self::I64(value) => Some(value as f64),
-            Self::Bool(_) | Self::DoublePoint(_) => None,
+            Self::F64(value) => Some(*value),
+            Self::I64(value) => Some(*value as f64),
+            Self::Bool(_) | Self::DoublePoint(_) | Self::Text(_) => None,
         }
     }
 
-    /// Returns the value as 64 bits: those of the float, two's complement, 0 or 1, or 0 to 3.
+    /// Returns the value as 64 bits: those of the float, two's complement, 0 or 1, or 0 to 3;
+    /// `None` for text.
     #[inline]
-    pub const fn bits(self) -> u64 {
+    pub const fn bits(&self) -> Option<u64> {
         match self {
-            Self::F64(value) => value.to_bits(),
-            Self::I64(value) => value.cast_unsigned(),
-            Self::Bool(value) => value as u64,
-            Self::DoublePoint(value) => value.bits() as u64,
+            Self::F64(value) => Some(value.to_bits()),
+            Self::I64(value) => Some(value.cast_unsigned()),
+            Self::Bool(value) => Some(*value as u64),
+            Self::DoublePoint(value) => Some(value.bits() as u64),
+            Self::Text(_) => None,
         }
     }
 
-    /// Creates a value of a type from its bits. A bool is true for all but 0; a double point takes
-    /// the lowest two bits.
+    /// Creates a value of a type from its bits; `None` for text. A bool is true for all but 0; a
+    /// double point takes the lowest two bits.
     #[inline]
-    pub const fn from_bits(kind: ValueKind, bits: u64) -> Self {
+    pub const fn from_bits(kind: ValueKind, bits: u64) -> Option<Self> {
         match kind {
-            ValueKind::F64 => Self::F64(f64::from_bits(bits)),
-            ValueKind::I64 => Self::I64(bits.cast_signed()),
-            ValueKind::Bool => Self::Bool(bits != 0),
-            ValueKind::DoublePoint => Self::DoublePoint(DoublePoint::from_bits(bits)),
+            ValueKind::F64 => Some(Self::F64(f64::from_bits(bits))),
+            ValueKind::I64 => Some(Self::I64(bits.cast_signed())),
+            ValueKind::Bool => Some(Self::Bool(bits != 0)),
+            ValueKind::DoublePoint => Some(Self::DoublePoint(DoublePoint::from_bits(bits))),
+            ValueKind::Text => None,
         }
     }
 }
 
 impl ValueKind {
-    /// Returns the word in settings: `f64`, `i64`, `bool` or `double_point`.
+    /// Returns the word in settings: `f64`, `i64`, `bool`, `double_point` or `text`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::F64 => "f64",
             Self::I64 => "i64",
             Self::Bool => "bool",
             Self::DoublePoint => "double_point",
+            Self::Text => "text",
         }
     }
 
-    /// Reports whether values are states, not quantities.
+    /// Reports whether values are states: neither quantities nor texts.
     pub const fn is_state(self) -> bool {
         matches!(self, Self::Bool | Self::DoublePoint)
     }
 
-    /// Parses a value of this type from text: a number; `true`, `false`, `1` or `0`; or a double
-    /// point as its two bits, 0 to 3. Returns `None` for other text.
+    /// Reports whether values are quantities, which can be scaled, limited and drawn as a trend.
+    pub const fn is_quantity(self) -> bool {
+        matches!(self, Self::F64 | Self::I64)
+    }
+
+    /// Parses a value of this type from text: a number; `true`, `false`, `1` or `0`; a double point
+    /// as its two bits, 0 to 3; or any text that fits. Returns `None` for what is none of its type.
     ///
     /// ```
     /// use busbar_types::{DoublePoint, Value, ValueKind};
@@ -115,6 +129,7 @@ impl ValueKind {
     pub fn parse(self, text: &str) -> Option<Value> {
         let text = text.trim();
         match self {
+            Self::Text => Text::new(text).map(Value::Text),
             Self::F64 => text.parse().ok().map(Value::F64),
             Self::I64 => text.parse().ok().map(Value::I64),
             Self::Bool => match text {

@@ -3,7 +3,7 @@
 
 use busbar_types::{
     AlarmState, DoublePoint, FaultKind, Pattern, Priority, Quality, QualityLevel, Reason, Severity,
-    SignalShape, Value, ValueKind,
+    SignalShape, Text, Value, ValueKind,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -21,13 +21,18 @@ fn audit_logs_have_values_by_the_names_of_their_types() {
     check(Value::I64(-2), r#"{"I64":-2}"#);
     check(Value::Bool(true), r#"{"Bool":true}"#);
     check(Value::DoublePoint(DoublePoint::BadState), r#"{"DoublePoint":"BadState"}"#);
+    check(Value::Text(Text::new("AUTO").unwrap()), r#"{"Text":"AUTO"}"#);
+    let long = format!(r#"{{"Text":"{}"}}"#, "x".repeat(256));
+    assert!(serde_json::from_str::<Value>(&long).unwrap_err().to_string().contains("255 bytes"));
     check(AlarmState::ReturnedUnacknowledged, r#""D""#);
     check(Quality::Bad(Reason::OutOfRange), r#"{"Bad":"OutOfRange"}"#);
 }
 
 #[test]
 fn configurations_and_plugins_have_words_in_lower_case() {
-    for kind in [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint] {
+    for kind in
+        [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint, ValueKind::Text]
+    {
         check(kind, &format!("\"{}\"", kind.name()));
     }
     check(ValueKind::DoublePoint, r#""double_point""#);

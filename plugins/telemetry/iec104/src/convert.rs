@@ -27,6 +27,8 @@ pub(crate) fn value_of(point: &Point, value: codec::Value) -> Option<Value> {
         },
         ValueKind::F64 => Some(Value::F64(number(value)? * point.scale + point.offset)),
         ValueKind::I64 => integer(value).map(Value::I64),
+        // The protocol has none; the check refuses such tags.
+        ValueKind::Text => None,
     }
 }
 
@@ -53,7 +55,7 @@ pub(crate) fn quality_of(object: &Object) -> Quality {
 
 /// Quality of a tag's value: that of its object, unless it is none of the process or no
 /// number at all.
-pub(crate) fn quality_of_value(value: Value, object: &Object, is_test: bool) -> Quality {
+pub(crate) fn quality_of_value(value: &Value, object: &Object, is_test: bool) -> Quality {
     let quality = quality_of(object);
     let is_number = !matches!(value, Value::F64(number) if !number.is_finite());
     match quality {

@@ -54,6 +54,8 @@ fn every_value_goes_where_it_fits_and_nowhere_else() {
             let converted = |object_type| value_of(&point(kind, object_type, bit), value);
             assert_eq!(converted(ObjectType::Any), expected, "{value:?} as {kind:?}");
             assert_eq!(converted(own_type), expected, "{value:?} as {kind:?}");
+            let text = point(ValueKind::Text, ObjectType::Any, bit);
+            assert_eq!(value_of(&text, value), None, "{value:?} as a text");
             for other in types.into_iter().filter(|other| *other != own_type) {
                 assert_eq!(converted(other), None, "{value:?} as {other:?}");
             }

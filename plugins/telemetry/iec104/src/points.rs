@@ -11,6 +11,9 @@ use crate::settings::Config;
 const MAX_TAGS: usize = 100_000;
 /// Common addresses of one connection.
 const MAX_COMMON_ADDRESSES: usize = 256;
+/// Fault of a text tag, and its remedy: no type of IEC 60870-5-104, 8 carries characters.
+const NO_TEXT: &str = "IEC 60870-5-104 carries no text: make the tag bool, double_point, i64 or \
+                       f64, or give it another source";
 /// The last object address (IEC 60870-5-104, 7.4).
 const MAX_OBJECT_ADDRESS: u32 = 0xFF_FFFF;
 
@@ -167,6 +170,9 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
 /// Checks whether an object of the type could ever be a value of the kind.
 fn check_type(kind: ValueKind, raw: &RawAddress) -> Result<(), String> {
     use ObjectType::{Any, Bitstring, Counter, Double, Measured, Single, Step};
+    if kind == ValueKind::Text {
+        return Err(NO_TEXT.into());
+    }
     if kind != ValueKind::F64 && (raw.scale.is_some() || raw.offset.is_some()) {
         return Err("scale and offset are for f64 tags: remove them, or make the tag f64".into());
     }

@@ -54,13 +54,16 @@ fn every_tag_at_fault_is_named() {
         (ValueKind::Bool, json!({"ioa": 1, "type": "double"}), "make the tag double_point"),
         (ValueKind::F64, json!({"ioa": 1, "type": "bitstring"}), "a bitstring is an i64"),
         (ValueKind::Bool, json!({"ioa": 1, "type": "step"}), "a number is an f64 or i64"),
+        (ValueKind::Text, json!({"ioa": 1}), "carries no text: make the tag"),
+        (ValueKind::Text, json!({"ioa": 1, "type": "bitstring"}), "carries no text: make the tag"),
+        (ValueKind::Text, json!({"ioa": 1, "scale": 2}), "carries no text: make the tag"),
         (ValueKind::F64, json!({"ioa": 1, "type": "float"}), "unknown variant `float`"),
         (ValueKind::F64, json!({"ioa": 1, "register": 1}), "unknown field `register`"),
     ];
     let tags: Vec<_> = cases.iter().map(|(kind, address, _)| (*kind, address.clone())).collect();
     let error = parse(&tags).unwrap_err();
     let message = error.message();
-    assert!(message.starts_with("17 of 17 tags cannot be served: "), "{message}");
+    assert!(message.starts_with("20 of 20 tags cannot be served: "), "{message}");
     for (index, (_, _, part)) in cases.iter().enumerate() {
         let of_tag = message.split("; ").find(|said| said.contains(&format!("'t{index}'")));
         assert!(of_tag.is_some_and(|said| said.contains(part)), "{index} {part}: {message}");

@@ -187,7 +187,7 @@ impl Station {
                 let Some(point) = self.points.all().get(index) else { continue };
                 let tag = point.tag;
                 if let Some(value) = value_of(point, object.value) {
-                    let quality = quality_of_value(value, &object, is_test);
+                    let quality = quality_of_value(&value, &object, is_test);
                     let sample = Sample { tag, ..Sample::good(tag, value) };
                     let sample =
                         Sample { quality, ..sample }.with_flags(origin_of(object.flags, is_test));

@@ -303,6 +303,7 @@ fn value_kind(spec: &TypeSpec, levels: usize) -> Option<&'static str> {
         TypeSpec::BitString(2 | -2) => Some("double_point"),
         TypeSpec::FloatingPoint { .. } => Some("f64"),
         TypeSpec::Integer(_) | TypeSpec::Unsigned(_) => Some("i64"),
+        TypeSpec::VisibleString(_) | TypeSpec::MmsString(_) => Some("text"),
         below @ TypeSpec::Structure { .. } if levels > 0 => value_kind(below, levels - 1),
         _ => None,
     }

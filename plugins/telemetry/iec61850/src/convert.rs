@@ -3,17 +3,19 @@
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk as sdk;
-use busbar_plugin_sdk::{DoublePoint, Reason, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Reason, ValueKind, text_value, text_value_of_bytes};
 use iec61850_rs::common::{EntryTime, Source};
-use iec61850_rs::proto::data::{Typed, Value};
+use iec61850_rs::proto::data::{Typed, Value, tag};
 use iec61850_rs::{Quality, UtcTime, Validity};
 
 use crate::points::Point;
 use crate::service::AccessError;
 
-/// The value of a tag; nothing where the data does not fit the tag.
-pub(crate) fn value_of(point: &Point, data: &Value) -> Option<sdk::Value> {
-    match point.kind {
+/// Converts data to the value of a tag, with its quality: uncertain for a text that was cut or has
+/// bytes that are no characters. Nothing where the data does not fit the tag.
+pub(crate) fn value_of(point: &Point, data: &Value) -> Option<(sdk::Value, sdk::Quality)> {
+    let value = match point.kind {
+        ValueKind::Text => return text_of(data),
         ValueKind::Bool => data.as_bool().map(sdk::Value::Bool),
         ValueKind::DoublePoint => {
             let position = data.as_dbpos()?;
@@ -24,6 +26,31 @@ pub(crate) fn value_of(point: &Point, data: &Value) -> Option<sdk::Value> {
             let number = data.as_f64().or_else(|| integer(data).map(|value| value as f64))?;
             Some(sdk::Value::F64(number * point.scale + point.offset))
         }
+    };
+    value.map(|value| (value, sdk::Quality::Good))
+}
+
+/// Returns a text, or the digits of a whole number.
+fn text_of(data: &Value) -> Option<(sdk::Value, sdk::Quality)> {
+    match data {
+        Value::VisibleString(text) | Value::MmsString(text) => {
+            Some(text_value_of_bytes(text.as_bytes()))
+        }
+        Value::Integer(value) => Some(text_value(&value.to_string())),
+        Value::Unsigned(value) => Some(text_value(&value.to_string())),
+        Value::Other { bytes, .. } if is_text(data) => Some(text_value_of_bytes(bytes)),
+        _ => None,
+    }
+}
+
+/// Reports whether data is a text, also one whose bytes are no characters of its type.
+fn is_text(data: &Value) -> bool {
+    match data {
+        Value::VisibleString(_) | Value::MmsString(_) => true,
+        Value::Other { tag: number, constructed, .. } => {
+            !constructed && matches!(*number, tag::VISIBLE_STRING | tag::MMS_STRING)
+        }
+        _ => false,
     }
 }
 
@@ -34,6 +61,7 @@ fn integer(data: &Value) -> Option<i64> {
 /// Returns the name of a data type for messages.
 pub(crate) fn name_of(data: &Value) -> &'static str {
     match data {
+        _ if is_text(data) => "a text",
         Value::Array(_) => "an array",
         Value::Structure(_) => "a structure",
         Value::Boolean(_) => "a boolean",
@@ -42,9 +70,8 @@ pub(crate) fn name_of(data: &Value) -> &'static str {
         Value::Integer(_) | Value::Unsigned(_) => "an integer",
         Value::Float32(_) | Value::Float64(_) => "a floating-point number",
         Value::OctetString(_) => "an octet string",
-        Value::VisibleString(_) | Value::MmsString(_) => "a text",
         Value::UtcTime(_) | Value::BinaryTime(_) => "a time",
-        Value::Other { .. } => "of another type",
+        Value::VisibleString(_) | Value::MmsString(_) | Value::Other { .. } => "of another type",
     }
 }
 

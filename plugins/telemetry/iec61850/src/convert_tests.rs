@@ -13,28 +13,60 @@ fn point(kind: ValueKind) -> Point {
 
 #[test]
 fn data_become_values_of_their_kind_alone() {
-    let kinds = [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
+    let (f64_of, i64_of) = (sdk::Value::F64, sdk::Value::I64);
+    let of = |byte: u8| Value::BitString { unused: 6, bytes: vec![byte] };
+    let on = sdk::Value::DoublePoint(DoublePoint::On);
+    let kinds =
+        [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint, ValueKind::Text];
+    // All kinds that data fit, with the value of each.
     let data = [
-        (Value::Float32(1.5), [Some(sdk::Value::F64(1.5)), None, None, None]),
-        (Value::Float64(-2.0), [Some(sdk::Value::F64(-2.0)), None, None, None]),
-        (Value::Integer(-7), [Some(sdk::Value::F64(-7.0)), Some(sdk::Value::I64(-7)), None, None]),
-        (Value::Unsigned(7), [Some(sdk::Value::F64(7.0)), Some(sdk::Value::I64(7)), None, None]),
-        // Beyond what either holds.
-        (Value::Unsigned(u64::MAX), [None, None, None, None]),
-        (Value::Boolean(true), [None, None, Some(sdk::Value::Bool(true)), None]),
-        (
-            Value::BitString { unused: 6, bytes: vec![0x80] },
-            [None, None, None, Some(sdk::Value::DoublePoint(DoublePoint::On))],
-        ),
-        (Value::BitString { unused: 3, bytes: vec![0, 0] }, [None; 4]),
-        (Value::VisibleString("1".into()), [None; 4]),
-        (Value::Structure(vec![Value::Integer(1)]), [None; 4]),
+        (Value::Float32(1.5), vec![f64_of(1.5)]),
+        (Value::Float64(-2.0), vec![f64_of(-2.0)]),
+        (Value::Integer(-7), vec![f64_of(-7.0), i64_of(-7), text("-7")]),
+        (Value::Unsigned(7), vec![f64_of(7.0), i64_of(7), text("7")]),
+        // Beyond what numbers hold.
+        (Value::Unsigned(u64::MAX), vec![text("18446744073709551615")]),
+        (Value::Boolean(true), vec![sdk::Value::Bool(true)]),
+        (of(0x80), vec![on]),
+        (Value::BitString { unused: 3, bytes: vec![0, 0] }, vec![]),
+        (Value::VisibleString("1".into()), vec![text("1")]),
+        (Value::VisibleString("".into()), vec![text("")]),
+        (Value::MmsString("Wärme 電".into()), vec![text("Wärme 電")]),
+        (Value::OctetString(b"1".to_vec()), vec![]),
+        (Value::Structure(vec![Value::Integer(1)]), vec![]),
+        (Value::Structure(vec![Value::VisibleString("1".into())]), vec![]),
+        (Value::Other { tag: 13, constructed: false, bytes: vec![0x31] }, vec![]),
     ];
     for (data, expected) in data {
-        for (kind, expected) in kinds.into_iter().zip(expected) {
+        for kind in kinds {
+            let expected = expected.iter().find(|value| value.kind() == kind);
+            let expected = expected.map(|value| (value.clone(), sdk::Quality::Good));
             assert_eq!(value_of(&point(kind), &data), expected, "{data:?} as {kind:?}");
         }
     }
+}
+
+fn text(text: &str) -> sdk::Value {
+    sdk::Value::Text(sdk::Text::new(text).unwrap())
+}
+
+#[test]
+fn texts_that_are_cut_or_no_characters_are_uncertain() {
+    let doubt = sdk::Quality::Uncertain(Reason::Configuration);
+    let of = |data: &Value| value_of(&point(ValueKind::Text), data).unwrap();
+    let long = |count: usize| Value::VisibleString("x".repeat(count));
+    assert_eq!(of(&long(255)), (text(&"x".repeat(255)), sdk::Quality::Good));
+    assert_eq!(of(&long(256)), (text(&format!("{}…", "x".repeat(252))), doubt));
+    // Latin-1, and UTF-8, in a VisibleString.
+    let other = |tag, bytes: &[u8]| Value::Other { tag, constructed: false, bytes: bytes.into() };
+    let latin = other(tag::VISIBLE_STRING, b"S\xFCd");
+    assert_eq!(of(&latin), (text("S\u{fffd}d"), doubt));
+    assert_eq!(
+        of(&other(tag::VISIBLE_STRING, "Süd".as_bytes())),
+        (text("Süd"), sdk::Quality::Good)
+    );
+    assert_eq!(name_of(&latin), "a text");
+    assert_eq!(value_of(&point(ValueKind::I64), &latin), None);
 }
 
 /// IEC 61850-8-1, 8.1.2: 00 intermediate, 01 off, 10 on, 11 bad.
@@ -45,7 +77,7 @@ fn positions_are_those_of_the_standard() {
     for (code, state) in (0_u8..).zip(states) {
         let data = Value::BitString { unused: 6, bytes: vec![code << 6] };
         let value = value_of(&point(ValueKind::DoublePoint), &data);
-        assert_eq!(value, Some(sdk::Value::DoublePoint(state)));
+        assert_eq!(value, Some((sdk::Value::DoublePoint(state), sdk::Quality::Good)));
     }
 }
 

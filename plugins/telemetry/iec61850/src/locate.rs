@@ -54,7 +54,8 @@ pub(crate) fn locate(object: &TypeSpec, path: &[String]) -> Result<Place, String
         found.note_holder(spec);
         let TypeSpec::Structure { components, .. } = spec else {
             return match wanted.next() {
-                None => Ok(found.narrowed()),
+                None => Ok(found
+                    .narrowed(matches!(spec, TypeSpec::VisibleString(_) | TypeSpec::MmsString(_)))),
                 Some(name) => Err(format!("there is no {name} below {}", found.shown())),
             };
         };
@@ -99,10 +100,12 @@ impl Place {
         }
     }
 
-    /// Narrows a place without quality and time to its value, which is read by itself.
-    fn narrowed(mut self) -> Self {
+    /// Narrows a place without quality and time to its value, which is read by itself. A text is
+    /// read with what is beside it: the library takes bytes that are no characters in a structure
+    /// alone.
+    fn narrowed(mut self, is_text: bool) -> Self {
         if self.quality.is_none() && self.time.is_none() {
-            self.holder = self.indices.len();
+            self.holder = self.indices.len().saturating_sub(usize::from(is_text));
         }
         self
     }

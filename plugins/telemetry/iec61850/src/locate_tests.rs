@@ -71,7 +71,19 @@ fn what_has_no_quality_is_read_by_itself() {
     let object = Name { domain: "L".into(), item: "LLN0$DC$NamPlt".into() };
     assert_eq!(place.variable(&object).to_string(), "L/LLN0$DC$NamPlt$i");
     let whole = Share { value: Some(vec![]), quality: None, time: None };
-    assert_eq!(place.share(&["i"]), Some(whole));
+    assert_eq!(place.share(&["i"]), Some(whole.clone()));
+    // A text with its structure, and as a member of a data set by itself.
+    let place = locate(&plate, &path("vendor")).unwrap();
+    assert_eq!(place.variable(&object).to_string(), "L/LLN0$DC$NamPlt");
+    let within = Share { value: Some(vec![0]), quality: None, time: None };
+    assert_eq!(place.share(&[]), Some(within));
+    assert_eq!(place.share(&["vendor"]), Some(whole));
+    let status = structure(vec![
+        ("stVal", TypeSpec::VisibleString(-255)),
+        ("q", TypeSpec::BitString(-13)),
+        ("t", TypeSpec::UtcTime),
+    ]);
+    assert_eq!(locate(&status, &[]).unwrap().share(&[]), Some(share(&[0], &[1], &[2])));
 }
 
 #[test]

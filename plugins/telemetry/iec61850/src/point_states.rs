@@ -28,9 +28,10 @@ pub(crate) struct Origin {
 }
 
 /// State of a point.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct State {
-    value: Option<Value>,
+    /// Value, and its quality apart from that of the server.
+    value: Option<(Value, Quality)>,
     /// Nothing while it is not known.
     quality: Option<Quality>,
     /// Tells whether a quality of its own belongs to the value.
@@ -196,12 +197,16 @@ impl PointStates {
                 quality = Quality::Uncertain(Reason::SourceTime);
             }
             let has_other_unit = state.unit == UnitAgreement::Conflicts;
-            let value = state.value.filter(|_| !has_other_unit);
+            let value = state.value.clone().filter(|_| !has_other_unit);
+            let value = value.map(|(value, of_value)| {
+                quality = quality.worst(of_value);
+                value
+            });
             // Where there is no value, none becomes uncertain.
             if value.is_some() || has_other_unit {
                 quality = state.unit.limit(quality);
             }
-            if let Some(Value::F64(number)) = value
+            if let Some(Value::F64(number)) = &value
                 && !number.is_finite()
                 && !matches!(quality, Quality::Bad(_))
             {
@@ -247,7 +252,7 @@ impl PointStates {
         let Point { kind, .. } = self.points.all()[index];
         self.fail(index, Reason::Configuration);
         let remedy = "correct the tag's type or reference";
-        self.tell(index, &format!("its value is {found}, which is no {kind:?}: {remedy}"));
+        self.tell(index, &format!("its value is {found}, which is no {}: {remedy}", kind.name()));
     }
 
     fn push(&mut self, sample: Sample) {

@@ -1,8 +1,8 @@
 use std::time::{Duration, UNIX_EPOCH};
 
 use busbar_plugin_sdk::testing::{Recorder, host, tag_spec};
-use busbar_plugin_sdk::{TagSpec, ValueKind};
-use iec61850_rs::{Quality as Bits, TimeQuality, UtcTime};
+use busbar_plugin_sdk::{TagSpec, Text, ValueKind};
+use iec61850_rs::{Quality as Bits, TimeQuality, UtcTime, Validity};
 use serde_json::json;
 
 use super::*;
@@ -50,6 +50,40 @@ fn publish_with(
     let sample = recorder.latest(1).unwrap();
     let seconds = |time: SystemTime| time.duration_since(UNIX_EPOCH).unwrap().as_secs();
     (sample.quality, sample.source_time.map(seconds))
+}
+
+#[test]
+fn a_text_has_the_worse_of_its_quality_and_the_servers() {
+    let recorder = Recorder::new();
+    let address = json!({"reference": "L/GGIO1.Mode", "fc": "ST"});
+    let points = Points::parse(&[tag_spec(1, "t", ValueKind::Text, address)]).unwrap();
+    let mut point_states = PointStates::new(points, recorder.sink(), host(), "server".into());
+    point_states.note_type(0, true);
+    let mut take = |text: &str, quality: Bits| {
+        let parts = [data::Value::VisibleString(text.into()), data::Value::quality(quality)];
+        let share = Share { time: None, ..SHARE() };
+        assert!(point_states.take(0, &share, &data::Value::Structure(parts.to_vec())));
+        point_states.commit(Origin::default());
+        point_states.flush();
+        recorder.latest(1).unwrap()
+    };
+    let invalid = Bits { validity: Validity::Invalid, ..Bits::GOOD };
+    let questionable = Bits { validity: Validity::Questionable, ..Bits::GOOD };
+    let (long, doubt) = ("x".repeat(256), Quality::Uncertain(Reason::Configuration));
+    for (text, bits, quality) in [
+        ("AUTO", Bits::GOOD, Quality::Good),
+        ("AUTO", Bits::GOOD, Quality::Good),
+        ("", Bits::GOOD, Quality::Good),
+        (&long, Bits::GOOD, doubt),
+        (&long, questionable, Quality::Uncertain(Reason::Unknown)),
+        (&long, invalid, Quality::Bad(Reason::Sensor)),
+        ("AUTO", Bits::GOOD, Quality::Good),
+    ] {
+        let sample = take(text, bits);
+        assert_eq!(sample.value, Some(Value::Text(Text::cut(text))));
+        assert_eq!(sample.quality, quality, "{text} {bits:?}");
+    }
+    assert_eq!(recorder.recording().samples.len(), 7, "the same text again is a value");
 }
 
 #[test]

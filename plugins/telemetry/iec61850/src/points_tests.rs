@@ -34,6 +34,8 @@ fn every_fault_has_its_remedy() {
         (ValueKind::F64, json!({"reference": "L/M.HA.a(2)", "fc": "MX"}), "not supported"),
         (ValueKind::F64, json!({"reference": long, "fc": "MX"}), "longer than 129"),
         (ValueKind::I64, json!({"reference": "L/M.T", "fc": "MX", "scale": 2}), "f64 tags"),
+        (ValueKind::Text, json!({"reference": "L/M.T", "fc": "DC", "scale": 2}), "f64 tags"),
+        (ValueKind::Text, json!({"reference": "L/M.T", "fc": "DC", "offset": 0}), "f64 tags"),
         (ValueKind::F64, json!({"reference": "L/M.T", "fc": "MX", "scale": 0}), "not 0"),
         (ValueKind::F64, json!({"reference": "L/M.T", "fc": "MX", "unit": 1}), "unit"),
     ];

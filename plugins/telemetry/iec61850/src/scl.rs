@@ -213,6 +213,12 @@ fn value_kind(
         | BType::Int16U
         | BType::Int24U
         | BType::Int32U => Some("i64"),
+        BType::VisString32
+        | BType::VisString64
+        | BType::VisString65
+        | BType::VisString129
+        | BType::VisString255
+        | BType::Unicode255 => Some("text"),
         _ => None,
     }
 }

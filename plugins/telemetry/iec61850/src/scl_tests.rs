@@ -49,6 +49,17 @@ fn all_is_listed_where_it_is_asked_for() {
 }
 
 #[test]
+fn texts_are_listed() {
+    for text in ["VisString255", "VisString129", "Unicode255"] {
+        let status = "name=\"stVal\" fc=\"ST\" bType=\"INT32\"";
+        assert!(FILE.contains(status));
+        let file = FILE.replace(status, &format!("name=\"stVal\" fc=\"ST\" bType=\"{text}\""));
+        let run = run(&file, &["all"]);
+        assert!(output(&run).contains("IED1LD0/GGIO1.IntIn1,text,,"), "{text}: {}", output(&run));
+    }
+}
+
+#[test]
 fn faults_are_named() {
     for (text, arguments, words) in [
         ("<SCL", &[][..], "it is no SCL file"),

@@ -4,9 +4,9 @@
 
 use std::fmt;
 
-use iec61850_rs::ber::Cursor;
+use iec61850_rs::ber::{Cursor, Tlv};
 use iec61850_rs::common::data_access_reason;
-use iec61850_rs::proto::data::{DataView, Value};
+use iec61850_rs::proto::data::{DataView, Value, tag};
 use iec61850_rs::proto::mms::typespec::TypeSpec;
 use iec61850_rs::proto::mms::{
     AccessResult, ConfirmedRequest, ConfirmedResponse, Mms, ObjectName, ObjectScope, ServiceError,
@@ -223,8 +223,46 @@ fn list_of<'a>(names: impl Iterator<Item = &'a Name>) -> VariableAccess<'a> {
 pub(crate) fn value_of(result: &AccessResult<'_>) -> Result<Result<Value, AccessError>, Error> {
     match result {
         AccessResult::Failure(code) => Ok(Err(AccessError(*code))),
-        AccessResult::Success(data) => DataView::from_tlv(*data)?.to_owned(&LIMITS).map(Ok),
+        AccessResult::Success(data) => to_owned(*data, 0).map(Ok),
     }
+}
+
+/// Copies data. A text whose bytes are no characters of its type, as Latin-1 in a VisibleString, is
+/// [`Value::Other`]: it must not take the values beside it along.
+fn to_owned(data: Tlv<'_>, depth: usize) -> Result<Value, Error> {
+    let view = match DataView::from_tlv(data) {
+        Err(_) if is_short_text(&data) => {
+            let Tlv { tag, value, .. } = data;
+            let bytes = value.to_vec();
+            return Ok(Value::Other { tag: tag.number, constructed: false, bytes });
+        }
+        view => view?,
+    };
+    match view {
+        DataView::Array(members) => Ok(Value::Array(members_of(members, depth)?)),
+        DataView::Structure(members) => Ok(Value::Structure(members_of(members, depth)?)),
+        leaf => leaf.to_owned(&LIMITS),
+    }
+}
+
+fn members_of(members: Cursor<'_>, depth: usize) -> Result<Vec<Value>, Error> {
+    if depth >= LIMITS.max_depth {
+        return Err(Error::LimitExceeded { limit: "max_depth", value: depth + 1 });
+    }
+    let mut all = Vec::new();
+    for member in members {
+        if all.len() >= LIMITS.max_dataset_members {
+            let value = all.len() + 1;
+            return Err(Error::LimitExceeded { limit: "max_dataset_members", value });
+        }
+        all.push(to_owned(member?, depth + 1)?);
+    }
+    Ok(all)
+}
+
+fn is_short_text(data: &Tlv<'_>) -> bool {
+    let is_text = matches!(data.tag.number, tag::VISIBLE_STRING | tag::MMS_STRING);
+    is_text && !data.tag.constructed && data.value.len() <= LIMITS.max_primitive_len
 }
 
 fn member(variable: &VariableSpecification<'_>) -> Option<Name> {
@@ -248,3 +286,7 @@ fn in_words(error: ServiceError) -> String {
         _ => format!("service error, class {class}, code {code}"),
     }
 }
+
+#[cfg(test)]
+#[path = "service_tests.rs"]
+mod tests;

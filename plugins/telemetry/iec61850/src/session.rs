@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use iec61850_rs::Error;
 use iec61850_rs::proto::mms::Mms;
 use iec61850_rs::proto::mms::association::{
     Association, AssociationConfig, AssociationEvent, CloseReason, Selectors,
 };
 use iec61850_rs::proto::mms::report::Report;
+use iec61850_rs::{DecodeReason, Error};
 use thiserror::Error;
 
 use crate::addressing;
@@ -260,6 +260,15 @@ impl<J> Session<J> {
                 })
             }
             AssociationEvent::Refused { layer, code } => Err(SessionFault::Refused { layer, code }),
+            // No answer to a request, so perhaps a report with such a text.
+            AssociationEvent::Malformed {
+                invoke_id: None,
+                error: error @ Error::Decode { reason: DecodeReason::NotAscii, .. },
+            } => {
+                self.heard_at = now;
+                let why = format!("a text in it is not ASCII ({error})");
+                Ok(Some(Event::Unusable(Unusable { report_id: None, why })))
+            }
             AssociationEvent::Malformed { error, .. } => {
                 Err(SessionFault::Malformed(error.to_string()))
             }

@@ -1,6 +1,9 @@
 use std::time::Duration;
 
-use iec61850_rs::proto::mms::{ConfirmedResponse, association};
+use iec61850_rs::ber::Cursor;
+use iec61850_rs::proto::mms::{
+    AccessResult, ConfirmedResponse, ObjectName, Unconfirmed, VariableAccess, association,
+};
 
 use super::*;
 
@@ -66,6 +69,25 @@ fn answers_find_their_requests_and_those_of_other_connections_none() {
         });
     }
     assert_eq!(answered, [2, 1]);
+}
+
+/// Latin-1 in a VisibleString, as a member of a report.
+#[test]
+fn a_report_with_a_text_that_is_none_does_not_end_the_connection() {
+    let now = Instant::now();
+    let (mut session, mut server) = pair(0, now);
+    let text = Cursor::new(b"\x8A\x02S\xFC").next_required().unwrap();
+    let results = vec![AccessResult::Success(text)];
+    let access = VariableAccess::VariableListName(ObjectName::VmdSpecific("RPT"));
+    let report = Mms::Unconfirmed(Unconfirmed::InformationReport { access, results });
+    server.send(&report).unwrap();
+    let mut events = Vec::new();
+    exchange(&mut session, &mut server, now, |event| events.push(event));
+    let is_told = matches!(
+        &events[..],
+        [Event::Unusable(Unusable { report_id: None, why })] if why.contains("is not ASCII")
+    );
+    assert!(is_told && session.has_room(), "{events:?}");
 }
 
 #[test]

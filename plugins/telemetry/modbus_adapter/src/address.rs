@@ -9,10 +9,14 @@ use std::fmt;
 use busbar_plugin_sdk::{Error, TagSpec, ValueKind};
 use serde::Deserialize;
 
+use crate::plan::MAX_REGISTERS;
 use crate::settings::Config;
 
 /// Tags of one connection.
 pub(crate) const MAX_TAGS: usize = 100_000;
+
+/// Bytes of one text: those of the registers that one request reads.
+const MAX_LENGTH: u8 = (2 * MAX_REGISTERS) as u8;
 
 /// The four tables of a Modbus device.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, PartialOrd, Ord)]
@@ -86,6 +90,17 @@ pub(crate) enum WordOrder {
     Little,
 }
 
+/// Order of the two bytes of a text in each register.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum ByteOrder {
+    /// High byte first, the default.
+    #[default]
+    Big,
+    /// Order of the low byte first.
+    Little,
+}
+
 /// Decoding of registers or bits into a tag's value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Decoding {
@@ -101,6 +116,21 @@ pub(crate) enum Decoding {
     Bit,
     /// Two coils or discrete inputs: the first says open, the second closed.
     BitPair,
+    /// Text of `length` bytes, 1 to [`MAX_LENGTH`], two in each register. The second byte of an
+    /// odd length's last register is not part of it.
+    Text { length: u8, byte_order: ByteOrder },
+}
+
+impl Decoding {
+    /// Returns the count of cells that it takes.
+    fn cells(self) -> u16 {
+        match self {
+            Self::Number { format, .. } | Self::Integer { format, .. } => format.registers(),
+            Self::BitPair => 2,
+            Self::Bit | Self::RegisterBit(_) | Self::RegisterBitPair(_) => 1,
+            Self::Text { length, .. } => u16::from(length.div_ceil(2)),
+        }
+    }
 }
 
 /// A tag that can be read.
@@ -139,6 +169,8 @@ struct RawAddress {
     #[serde(rename = "type")]
     format: Option<Format>,
     word_order: Option<WordOrder>,
+    length: Option<u8>,
+    byte_order: Option<ByteOrder>,
     scale: Option<f64>,
     offset: Option<f64>,
     bit: Option<u8>,
@@ -181,11 +213,7 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
     let raw: RawAddress = tag.parse_address().map_err(|error| error.message().to_owned())?;
     let fault = |what: String| format!("tag '{}': {what}", tag.id);
     let decoding = decoding(tag.kind, &raw).map_err(fault)?;
-    let count = match decoding {
-        Decoding::Number { format, .. } | Decoding::Integer { format, .. } => format.registers(),
-        Decoding::BitPair => 2,
-        Decoding::Bit | Decoding::RegisterBit(_) | Decoding::RegisterBitPair(_) => 1,
-    };
+    let count = decoding.cells();
     let unit = raw.unit.unwrap_or(config.unit);
     let units = config.transport.units();
     if !units.contains(&unit) {
@@ -229,14 +257,34 @@ fn decoding(kind: ValueKind, raw: &RawAddress) -> Result<Decoding, String> {
     let table = raw.table;
     match (table.is_bits(), kind) {
         (true, ValueKind::Bool | ValueKind::DoublePoint) => {
-            refuse(raw, &["type", "word_order", "scale", "offset", "bit", "bits"])?;
+            refuse(
+                raw,
+                &["type", "word_order", "scale", "offset", "bit", "bits", "length", "byte_order"],
+            )?;
             Ok(if kind == ValueKind::Bool { Decoding::Bit } else { Decoding::BitPair })
         }
         (true, ValueKind::F64 | ValueKind::I64) => {
             Err(format!("a {table} is a bit, not a number: make the tag bool or double_point"))
         }
+        (true, ValueKind::Text) => Err(format!(
+            "a {table} is a bit, not a text: name a holding or input register, or make the tag \
+             bool or double_point"
+        )),
+        (false, ValueKind::Text) => {
+            refuse(raw, &["type", "word_order", "scale", "offset", "bit", "bits"])?;
+            let length = raw.length.ok_or_else(|| {
+                format!("a text needs \"length\": its bytes, 1 to {MAX_LENGTH}, two in a register")
+            })?;
+            if !(1..=MAX_LENGTH).contains(&length) {
+                return Err(format!(
+                    "length {length} is not within 1 to {MAX_LENGTH} bytes, which is what one \
+                     request reads"
+                ));
+            }
+            Ok(Decoding::Text { length, byte_order: raw.byte_order.unwrap_or_default() })
+        }
         (false, ValueKind::Bool) => {
-            refuse(raw, &["word_order", "scale", "offset", "bits"])?;
+            refuse(raw, &["word_order", "scale", "offset", "bits", "length", "byte_order"])?;
             one_register(raw)?;
             let bit =
                 raw.bit.ok_or("a bool from a register needs \"bit\": 0 to 15, 0 the lowest")?;
@@ -249,7 +297,7 @@ fn decoding(kind: ValueKind, raw: &RawAddress) -> Result<Decoding, String> {
             Ok(Decoding::RegisterBit(bit))
         }
         (false, ValueKind::DoublePoint) => {
-            refuse(raw, &["word_order", "scale", "offset", "bit"])?;
+            refuse(raw, &["word_order", "scale", "offset", "bit", "length", "byte_order"])?;
             one_register(raw)?;
             let first = raw.bits.ok_or(
                 "a double_point from a register needs \"bits\": the lower of its two bits, 0 to 14",
@@ -263,7 +311,7 @@ fn decoding(kind: ValueKind, raw: &RawAddress) -> Result<Decoding, String> {
             Ok(Decoding::RegisterBitPair(first))
         }
         (false, ValueKind::F64) => {
-            refuse(raw, &["bit", "bits"])?;
+            refuse(raw, &["bit", "bits", "length", "byte_order"])?;
             let scale = raw.scale.unwrap_or(1.0);
             let offset = raw.offset.unwrap_or(0.0);
             if !scale.is_finite() || scale == 0.0 || !offset.is_finite() {
@@ -277,7 +325,7 @@ fn decoding(kind: ValueKind, raw: &RawAddress) -> Result<Decoding, String> {
             })
         }
         (false, ValueKind::I64) => {
-            refuse(raw, &["scale", "offset", "bit", "bits"])
+            refuse(raw, &["scale", "offset", "bit", "bits", "length", "byte_order"])
                 .map_err(|fault| format!("{fault}, or make the tag f64"))?;
             let format = format(raw)?;
             if format.is_float() {
@@ -315,6 +363,8 @@ fn refuse(raw: &RawAddress, names: &[&str]) -> Result<(), String> {
         "scale" => raw.scale.is_some(),
         "offset" => raw.offset.is_some(),
         "bit" => raw.bit.is_some(),
+        "length" => raw.length.is_some(),
+        "byte_order" => raw.byte_order.is_some(),
         _ => raw.bits.is_some(),
     };
     let present: Vec<_> = names.iter().copied().filter(|name| present(name)).collect();

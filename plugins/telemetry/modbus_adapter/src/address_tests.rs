@@ -64,6 +64,18 @@ fn addresses_become_points() {
             (Table::Discrete, 2, 2),
             Decoding::BitPair,
         ),
+        (
+            ValueKind::Text,
+            json!({"table": "holding", "register": 65411, "length": 250}),
+            (Table::Holding, 65411, 125),
+            Decoding::Text { length: 250, byte_order: ByteOrder::Big },
+        ),
+        (
+            ValueKind::Text,
+            json!({"table": "input", "register": 0, "length": 5, "byte_order": "little"}),
+            (Table::Input, 0, 3),
+            Decoding::Text { length: 5, byte_order: ByteOrder::Little },
+        ),
     ];
     for (kind, address, (table, first, count), decoding) in cases {
         let expected =
@@ -130,6 +142,27 @@ fn what_cannot_work_is_refused_with_tag_and_remedy() {
         (ValueKind::Bool, json!({"table": "coil"}), "missing field `register`"),
         (ValueKind::Bool, json!({"table": "coil", "register": 0, "x": 1}), "unknown field `x`"),
         (ValueKind::Bool, json!("40001"), "tag 'T1.x'"),
+        (ValueKind::Text, json!({"table": "holding", "register": 0}), "needs \"length\""),
+        (ValueKind::Text, json!({"table": "holding", "register": 0, "length": 0}), "1 to 250"),
+        (ValueKind::Text, json!({"table": "holding", "register": 0, "length": 251}), "1 to 250"),
+        (ValueKind::Text, json!({"table": "holding", "register": 0, "length": 256}), "256"),
+        (ValueKind::Text, json!({"table": "input", "register": 65535, "length": 3}), "pass 65535"),
+        (ValueKind::Text, json!({"table": "coil", "register": 0, "length": 2}), "is a bit, not"),
+        (
+            ValueKind::Text,
+            json!({"table": "input", "register": 0, "length": 4, "type": "u32", "scale": 2}),
+            "type, scale has no meaning",
+        ),
+        (
+            ValueKind::F64,
+            json!({"table": "input", "register": 0, "type": "u32", "length": 4}),
+            "length has no meaning",
+        ),
+        (
+            ValueKind::I64,
+            json!({"table": "input", "register": 0, "type": "u32", "byte_order": "big"}),
+            "byte_order has no meaning",
+        ),
     ];
     for (kind, address, part) in cases {
         let error = one(kind, address.clone()).unwrap_err();

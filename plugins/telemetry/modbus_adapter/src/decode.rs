@@ -1,8 +1,8 @@
 //! Cells of a device -> values.
 
-use busbar_plugin_sdk::{DoublePoint, Reason, Value};
+use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, text_value_of_bytes};
 
-use crate::address::{Decoding, Format, WordOrder};
+use crate::address::{ByteOrder, Decoding, Format, WordOrder};
 
 /// Cells of one point within the answer of a device.
 #[derive(Clone, Copy, Debug)]
@@ -13,34 +13,48 @@ pub(crate) enum Cells<'a> {
     Bits(&'a [bool]),
 }
 
-/// Decodes cells into the value of a point.
+/// Decodes cells into the value of a point, and its quality: uncertain for a text that is no UTF-8.
 ///
 /// Numbers that are not finite are passed on: the host marks them.
 ///
 /// # Errors
 /// [`Reason::OutOfRange`] for a u64 that no i64 can hold, and
 /// [`Reason::Configuration`] for cells that do not fit the decoding.
-pub(crate) fn decode(decoding: &Decoding, cells: Cells<'_>) -> Result<Value, Reason> {
-    match (*decoding, cells) {
+pub(crate) fn decode(decoding: &Decoding, cells: Cells<'_>) -> Result<(Value, Quality), Reason> {
+    let value = match (*decoding, cells) {
+        (Decoding::Text { length, byte_order }, Cells::Registers(registers)) => {
+            return text(length, byte_order, registers);
+        }
         (Decoding::Number { format, word_order, scale, offset }, Cells::Registers(registers)) => {
             let raw = number(format, raw_bits(format, word_order, registers)?);
-            Ok(Value::F64(raw * scale + offset))
+            Value::F64(raw * scale + offset)
         }
         (Decoding::Integer { format, word_order }, Cells::Registers(registers)) => {
-            integer(format, raw_bits(format, word_order, registers)?).map(Value::I64)
+            Value::I64(integer(format, raw_bits(format, word_order, registers)?)?)
         }
         (Decoding::RegisterBit(bit), Cells::Registers(&[register])) => {
-            Ok(Value::Bool(register >> bit & 1 == 1))
+            Value::Bool(register >> bit & 1 == 1)
         }
         (Decoding::RegisterBitPair(first), Cells::Registers(&[register])) => {
-            Ok(Value::DoublePoint(DoublePoint::from_bits(u64::from(register >> first))))
+            Value::DoublePoint(DoublePoint::from_bits(u64::from(register >> first)))
         }
-        (Decoding::Bit, Cells::Bits(&[bit])) => Ok(Value::Bool(bit)),
+        (Decoding::Bit, Cells::Bits(&[bit])) => Value::Bool(bit),
         (Decoding::BitPair, Cells::Bits(&[open, closed])) => {
-            Ok(Value::DoublePoint(DoublePoint::from_bits(u64::from(open) | u64::from(closed) << 1)))
+            Value::DoublePoint(DoublePoint::from_bits(u64::from(open) | u64::from(closed) << 1))
         }
-        _ => Err(Reason::Configuration),
-    }
+        _ => return Err(Reason::Configuration),
+    };
+    Ok((value, Quality::Good))
+}
+
+/// Decodes a text, without the zeros and spaces at its end.
+fn text(length: u8, byte_order: ByteOrder, registers: &[u16]) -> Result<(Value, Quality), Reason> {
+    let bytes: Vec<u8> = match byte_order {
+        ByteOrder::Big => registers.iter().flat_map(|register| register.to_be_bytes()).collect(),
+        ByteOrder::Little => registers.iter().flat_map(|register| register.to_le_bytes()).collect(),
+    };
+    let bytes = bytes.get(..length.into()).ok_or(Reason::Configuration)?;
+    Ok(text_value_of_bytes(bytes))
 }
 
 /// Returns the bits of a number, right-aligned.
@@ -84,6 +98,8 @@ fn signed(format: Format, bits: u64) -> i64 {
 
 #[cfg(test)]
 mod tests {
+    use busbar_plugin_sdk::Text;
+
     use super::*;
 
     fn number(format: Format, registers: &[u16], scale: f64, offset: f64) -> [f64; 2] {
@@ -92,7 +108,7 @@ mod tests {
             |(word_order, registers)| {
                 let decoding = Decoding::Number { format, word_order, scale, offset };
                 match decode(&decoding, Cells::Registers(registers)).unwrap() {
-                    Value::F64(value) => value,
+                    (Value::F64(value), Quality::Good) => value,
                     other => panic!("{other:?}"),
                 }
             },
@@ -125,7 +141,7 @@ mod tests {
     fn word_order_matters() {
         let decoding = Decoding::Integer { format: Format::U32, word_order: WordOrder::Little };
         let value = decode(&decoding, Cells::Registers(&[1, 2])).unwrap();
-        assert_eq!(value, Value::I64(131_073));
+        assert_eq!(value, (Value::I64(131_073), Quality::Good));
     }
 
     #[test]
@@ -160,8 +176,43 @@ mod tests {
             (Decoding::Bit, Cells::Registers(&[1]), Err(Reason::Configuration)),
         ];
         for (decoding, cells, expected) in cases {
-            assert_eq!(decode(decoding, *cells), *expected, "{decoding:?} {cells:?}");
+            let expected = expected.clone().map(|value| (value, Quality::Good));
+            assert_eq!(decode(decoding, *cells), expected, "{decoding:?} {cells:?}");
         }
+    }
+
+    #[test]
+    fn texts_end_before_their_padding() {
+        let decode = |length, byte_order, registers: &[u16]| {
+            decode(&Decoding::Text { length, byte_order }, Cells::Registers(registers))
+        };
+        let text = |text: &str| Value::Text(Text::new(text).unwrap());
+        let doubtful = Quality::Uncertain(Reason::Configuration);
+        let (big, little) = (ByteOrder::Big, ByteOrder::Little);
+        // "AUTO", and "é" as C3 A9 in UTF-8.
+        let cases: &[(u8, ByteOrder, &[u16], &str, Quality)] = &[
+            (4, big, &[0x4155, 0x544F], "AUTO", Quality::Good),
+            (4, little, &[0x5541, 0x4F54], "AUTO", Quality::Good),
+            (8, big, &[0x4155, 0x544F, 0x2000, 0], "AUTO", Quality::Good),
+            (3, big, &[0x4155, 0x544F], "AUT", Quality::Good),
+            (3, little, &[0x5541, 0x4F54], "AUT", Quality::Good),
+            (4, big, &[0, 0], "", Quality::Good),
+            (4, big, &[0x2020, 0x2020], "", Quality::Good),
+            (4, big, &[0x2041, 0x4200], " AB", Quality::Good),
+            (2, big, &[0xC3A9], "é", Quality::Good),
+            (1, big, &[0xC3A9], "\u{fffd}", doubtful),
+            (2, big, &[0xFFFF], "\u{fffd}\u{fffd}", doubtful),
+        ];
+        for &(length, byte_order, registers, expected, quality) in cases {
+            let read = decode(length, byte_order, registers);
+            assert_eq!(read, Ok((text(expected), quality)), "{length} {registers:x?}");
+        }
+        let longest = decode(250, big, &[0x5858; 125]);
+        assert_eq!(longest, Ok((text(&"X".repeat(250)), Quality::Good)));
+        assert_eq!(decode(4, big, &[0x4155]), Err(Reason::Configuration));
+        let bits =
+            super::decode(&Decoding::Text { length: 2, byte_order: big }, Cells::Bits(&[true]));
+        assert_eq!(bits, Err(Reason::Configuration));
     }
 
     #[test]
@@ -173,7 +224,7 @@ mod tests {
             (true, true, DoublePoint::BadState),
         ];
         for (open, closed, expected) in table {
-            let expected = Ok(Value::DoublePoint(expected));
+            let expected = Ok((Value::DoublePoint(expected), Quality::Good));
             assert_eq!(decode(&Decoding::BitPair, Cells::Bits(&[open, closed])), expected);
             // Ones all around the pair show that only the pair counts.
             let register = !(0b11 << 6) | u16::from(open) << 6 | u16::from(closed) << 7;

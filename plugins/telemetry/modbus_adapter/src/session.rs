@@ -283,7 +283,7 @@ pub(crate) fn samples(points: &[Point], block: &Block, reply: &Reply) -> Vec<Sam
             .ok_or(Reason::Configuration)
             .and_then(|cells| decode(&point.decoding, cells));
         match value {
-            Ok(value) => Sample::good(point.tag, value),
+            Ok((value, quality)) => Sample { quality, ..Sample::good(point.tag, value) },
             Err(reason) => Sample::bad(point.tag, reason),
         }
     };

@@ -12,7 +12,7 @@ use busbar_link::{Dial, DialFuture, Endpoint, TcpDial};
 use busbar_plugin_sdk::testing::{
     FaultGenerator, MessageFault, TruthOracle, host, matrix_steps, tag_spec,
 };
-use busbar_plugin_sdk::{TagSpec, Value, ValueKind};
+use busbar_plugin_sdk::{TagSpec, Text, Value, ValueKind};
 use serde_json::json;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 
@@ -30,6 +30,9 @@ const SAMPLE: u64 = 10 * MEMORY_POLLS as u64;
 const MAX_PIECE: usize = 400;
 /// Registers with a tag each: two requests.
 const REGISTERS: [u16; 6] = [0, 1, 2, 100, 101, 102];
+/// First register of a text, in the second request, and its bytes.
+const TEXT: u16 = 104;
+const TEXT_BYTES: u8 = 12;
 /// Number of registers of each device.
 const ALL_REGISTERS: usize = 128;
 
@@ -58,6 +61,10 @@ impl Device {
     fn set(&mut self, step: u16) {
         for (value, register) in self.registers.iter_mut().zip(0_u16..) {
             *value = step.wrapping_mul(17).wrapping_add(register.wrapping_mul(509));
+        }
+        let text = format!("{:<width$}", text_of(step), width = usize::from(TEXT_BYTES));
+        for (register, bytes) in (usize::from(TEXT)..).zip(text.as_bytes().as_chunks().0) {
+            self.registers[register] = u16::from_be_bytes(*bytes);
         }
     }
 
@@ -212,12 +219,19 @@ fn with_crc(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
+/// Text that no other step has.
+fn text_of(step: u16) -> String {
+    format!("step {step}")
+}
+
 fn tags() -> Vec<TagSpec> {
+    let address = json!({"table": "holding", "register": TEXT, "length": TEXT_BYTES});
+    let text = tag_spec(TEXT.into(), "text", ValueKind::Text, address);
     let tag = |register: &u16| {
         let address = json!({"table": "holding", "register": register, "type": "u16"});
         tag_spec((*register).into(), &format!("tag{register}"), ValueKind::I64, address)
     };
-    REGISTERS.iter().map(tag).collect()
+    REGISTERS.iter().map(tag).chain([text]).collect()
 }
 
 /// Settings and dialer by which a test reaches its device.
@@ -255,6 +269,9 @@ fn run(path: Path, device: &Mutex<Device>, seed: u64, polls: u16) {
             // This poll tells it, or cannot be understood.
             oracle.note_message(register.into());
         }
+        let text = Text::new(&text_of(step)).unwrap();
+        oracle.set_truth(TEXT.into(), Some(Value::Text(text)));
+        oracle.note_message(TEXT.into());
         let polled = runtime.block_on(async {
             let (connection, group) = match &mut link {
                 Some(link) => link,
@@ -350,19 +367,19 @@ fn a_unit_that_its_gateway_does_not_reach_is_bad_in_all_poll_groups() {
     let tags = vec![tag(1, 7, None), tag(2, 7, Some("slow")), tag(3, 8, Some("slow"))];
     let slow = json!({"poll_groups": {"slow": {"poll_seconds": 60}}});
     let running = crate::tests::start(server.port, slow, tags);
-    let right = Value::F64(f64::from(0xDEAD));
+    let right = || Value::F64(f64::from(0xDEAD));
     for exception in [10, 11] {
-        (1..=3).for_each(|tag| running.wait_for(tag, right));
+        (1..=3).for_each(|tag| running.wait_for(tag, right()));
         *code.lock().unwrap() = exception;
         running.wait_for_bad(1, Reason::Communication);
         running.wait_for_bad(2, Reason::Communication);
-        running.wait_for(3, right);
+        running.wait_for(3, right());
         running.wait_for_link(LinkState::Up, "the gateway does not reach unit 7");
         *code.lock().unwrap() = 0;
-        (1..=3).for_each(|tag| running.wait_for(tag, right));
+        (1..=3).for_each(|tag| running.wait_for(tag, right()));
     }
     // Another exception is of the block that was asked for.
     *code.lock().unwrap() = 4;
     running.wait_for_bad(1, Reason::Unknown);
-    running.wait_for(2, right);
+    running.wait_for(2, right());
 }

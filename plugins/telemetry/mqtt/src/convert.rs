@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{
+    DoublePoint, Quality, Reason, Text, Value, ValueKind, text_value, text_value_of_bytes,
+};
 
 use crate::payload_format::prefixed_hex_number;
 
@@ -14,6 +16,8 @@ pub(crate) enum Raw<'a> {
     Int(i128),
     Bool(bool),
     Text(&'a str),
+    /// Whole payload, whose bytes are text.
+    Payload(&'a [u8]),
 }
 
 /// Conversion of payload values into values of a tag.
@@ -27,8 +31,28 @@ pub(crate) struct Mapping {
 }
 
 impl Mapping {
-    /// Converts a payload value to the value of the tag; none where it does not fit.
-    pub(crate) fn value_of(&self, raw: Raw<'_>) -> Option<Value> {
+    /// Converts a payload value to the value of the tag; `None` where it does not fit. The quality
+    /// is not good where a text was cut, or is no UTF-8.
+    pub(crate) fn value_of(&self, raw: Raw<'_>) -> Option<(Value, Quality)> {
+        match (self.kind, raw) {
+            (ValueKind::Text, Raw::Text(text)) => Some(text_value(text)),
+            // Who clears a retained topic says nothing.
+            (ValueKind::Text, Raw::Payload([])) => None,
+            (ValueKind::Text, Raw::Payload(bytes)) => Some(text_value_of_bytes(bytes)),
+            (ValueKind::Text, Raw::Int(number)) => {
+                Some((Value::Text(Text::cut(&number.to_string())), Quality::Good))
+            }
+            (ValueKind::Text, Raw::Float(_) | Raw::Bool(_)) => None,
+            (_, Raw::Payload(bytes)) => {
+                let text = str::from_utf8(bytes).ok()?;
+                Some((self.plain_value(Raw::Text(text))?, Quality::Good))
+            }
+            (_, raw) => Some((self.plain_value(raw)?, Quality::Good)),
+        }
+    }
+
+    /// Converts a payload value to a number or a state; `None` where it does not fit.
+    fn plain_value(&self, raw: Raw<'_>) -> Option<Value> {
         if !self.values.is_empty()
             && let Some(value) = self.by_text(raw)
         {
@@ -41,7 +65,7 @@ impl Mapping {
             (ValueKind::I64, Raw::Float(value)) => whole(value).map(Value::I64),
             // 1, 1.0 and "1.0" are one state.
             (ValueKind::Bool | ValueKind::DoublePoint, Raw::Float(value)) => {
-                self.value_of(Raw::Int(whole(value)?.into()))
+                self.plain_value(Raw::Int(whole(value)?.into()))
             }
             (ValueKind::Bool, Raw::Bool(value)) => Some(Value::Bool(value)),
             (ValueKind::Bool, Raw::Int(bit @ 0..=1)) => Some(Value::Bool(bit == 1)),
@@ -53,11 +77,11 @@ impl Mapping {
                 Some(value) => Some(value),
                 // A prefix shows that no decimal number is meant: `0x1F`.
                 None => match (prefixed_hex_number(text), kind) {
-                    (Some(number), _) => self.value_of(Raw::Int(number)),
+                    (Some(number), _) => self.plain_value(Raw::Int(number)),
                     (None, ValueKind::F64) => None,
                     (None, _) => {
                         let number = text.trim().parse::<f64>().ok().and_then(whole)?;
-                        self.value_of(Raw::Int(number.into()))
+                        self.plain_value(Raw::Int(number.into()))
                     }
                 },
             },
@@ -66,12 +90,14 @@ impl Mapping {
     }
 
     fn by_text(&self, raw: Raw<'_>) -> Option<Value> {
-        match raw {
-            Raw::Text(text) => self.values.get(text.trim()).copied(),
-            Raw::Bool(value) => self.values.get(if value { "true" } else { "false" }).copied(),
-            Raw::Int(value) => self.values.get(&value.to_string()).copied(),
-            Raw::Float(value) => self.values.get(&whole(value)?.to_string()).copied(),
-        }
+        let named = match raw {
+            Raw::Text(text) => self.values.get(text.trim()),
+            Raw::Bool(value) => self.values.get(if value { "true" } else { "false" }),
+            Raw::Int(value) => self.values.get(&value.to_string()),
+            Raw::Float(value) => self.values.get(&whole(value)?.to_string()),
+            Raw::Payload(_) => None,
+        };
+        named.cloned()
     }
 
     fn scaled(&self, value: f64) -> Value {
@@ -104,6 +130,9 @@ pub(crate) fn name_of(raw: Raw<'_>) -> &'static str {
         Raw::Int(_) => "an integer",
         Raw::Bool(_) => "a boolean",
         Raw::Text(_) => "a text",
+        Raw::Payload([]) => "an empty payload",
+        Raw::Payload(bytes) if str::from_utf8(bytes).is_err() => "not UTF-8",
+        Raw::Payload(_) => "a text",
     }
 }
 

@@ -35,7 +35,42 @@ fn numbers_become_what_they_can_be_without_loss() {
         (Position, Raw::Bool(true), None),
     ];
     for (kind, raw, expected) in cases {
-        assert_eq!(mapping(kind).value_of(raw), expected, "{kind:?} {raw:?}");
+        let found = mapping(kind).value_of(raw);
+        assert_eq!(found, expected.map(|value| (value, Quality::Good)), "{kind:?} {raw:?}");
+        if let Raw::Text(text) = raw {
+            assert_eq!(mapping(kind).value_of(Raw::Payload(text.as_bytes())), found, "{text}");
+        }
+    }
+}
+
+#[test]
+fn text_tags_take_texts_and_whole_numbers() {
+    let long = "x".repeat(256);
+    let cut = format!("{}…", "x".repeat(252));
+    let uncertain = Quality::Uncertain(Reason::Configuration);
+    let cases = [
+        (Raw::Text("AUTO"), Some(("AUTO", Quality::Good))),
+        (Raw::Text(" 0x1F "), Some((" 0x1F ", Quality::Good))),
+        (Raw::Text(""), Some(("", Quality::Good))),
+        (Raw::Text("true"), Some(("true", Quality::Good))),
+        (Raw::Text(&long), Some((&cut, uncertain))),
+        (Raw::Payload(b"AUTO\r\n"), Some(("AUTO", Quality::Good))),
+        (Raw::Payload(b" 00123\0\0"), Some((" 00123", Quality::Good))),
+        (Raw::Payload("Zähler".as_bytes()), Some(("Zähler", Quality::Good))),
+        (Raw::Payload(b""), None),
+        (Raw::Payload(b"AUTO\n\0"), Some(("AUTO", Quality::Good))),
+        (Raw::Payload(b"AUT\xD6"), Some(("AUT\u{fffd}", uncertain))),
+        (Raw::Payload(long.as_bytes()), Some((&cut, uncertain))),
+        (Raw::Int(u64::MAX.into()), Some(("18446744073709551615", Quality::Good))),
+        (Raw::Int(-7), Some(("-7", Quality::Good))),
+        (Raw::Float(5.0), None),
+        (Raw::Float(f64::NAN), None),
+        (Raw::Bool(true), None),
+    ];
+    for (raw, expected) in cases {
+        let expected =
+            expected.map(|(text, quality)| (Value::Text(Text::new(text).unwrap()), quality));
+        assert_eq!(mapping(ValueKind::Text).value_of(raw), expected, "{raw:?}");
     }
 }
 
@@ -44,10 +79,16 @@ fn words_come_before_numbers_and_are_not_scaled() {
     let values = [("closed", 2.0), ("true", 1.0), ("7", 70.0)];
     let values = values.map(|(text, value)| (text.to_owned(), Value::F64(value))).into();
     let mapping = Mapping { scale: 10.0, values, ..mapping(ValueKind::F64) };
-    assert_eq!(mapping.value_of(Raw::Text(" closed ")), Some(Value::F64(2.0)));
-    assert_eq!(mapping.value_of(Raw::Bool(true)), Some(Value::F64(1.0)));
-    assert_eq!(mapping.value_of(Raw::Int(7)), Some(Value::F64(70.0)));
-    assert_eq!(mapping.value_of(Raw::Float(7.0)), Some(Value::F64(70.0)));
-    assert_eq!(mapping.value_of(Raw::Int(8)), Some(Value::F64(80.0)));
-    assert_eq!(mapping.value_of(Raw::Text("open")), None);
+    for (raw, expected) in [
+        (Raw::Text(" closed "), Some(2.0)),
+        (Raw::Payload(b" closed "), Some(2.0)),
+        (Raw::Bool(true), Some(1.0)),
+        (Raw::Int(7), Some(70.0)),
+        (Raw::Float(7.0), Some(70.0)),
+        (Raw::Int(8), Some(80.0)),
+        (Raw::Text("open"), None),
+    ] {
+        let expected = expected.map(|number| (Value::F64(number), Quality::Good));
+        assert_eq!(mapping.value_of(raw), expected, "{raw:?}");
+    }
 }

@@ -107,16 +107,18 @@ impl<'a> Document<'a> {
     }
 
     pub(crate) fn content(&mut self, pointers: &Pointers) -> Content<'_> {
+        let format = pointers.format;
+        if format == PayloadFormat::Text && pointers.value.is_none() {
+            return Content::Value(Raw::Payload(self.bytes));
+        }
         if self.bytes.is_empty() {
             return Content::Unusable("an empty payload".into());
         }
-        let format = pointers.format;
         let Some(pointer) = pointers.value.as_deref() else {
-            return match (format, std::str::from_utf8(self.bytes)) {
+            return match (format, str::from_utf8(self.bytes)) {
                 (PayloadFormat::Bytes(format), _) => content_of(format.read(self.bytes)),
                 (_, Err(_)) => Content::Unusable("not UTF-8".into()),
-                (PayloadFormat::Hex, Ok(text)) => content_of(read_hex(text)),
-                (PayloadFormat::Text, Ok(text)) => Content::Value(Raw::Text(text)),
+                (_, Ok(text)) => content_of(read_hex(text)),
             };
         };
         let Some(json) = self.json() else { return Content::Unusable("no JSON".into()) };

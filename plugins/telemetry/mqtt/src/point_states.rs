@@ -3,7 +3,9 @@
 use std::ops::Range;
 use std::time::{Instant, SystemTime};
 
-use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
+use busbar_plugin_sdk::{
+    Host, LogLevel, MAX_TEXT_BYTES, Quality, Reason, Sample, SampleFlags, SampleSink, Value,
+};
 
 use source_units::UnitAgreement;
 
@@ -100,8 +102,9 @@ impl PointStates {
         }
     }
 
-    /// Converts a payload value to the value of a point; `None` where it does not fit.
-    pub(crate) fn value_of(&self, index: usize, raw: Raw<'_>) -> Option<Value> {
+    /// Converts a payload value to the value of a point, with the quality that it has of its own;
+    /// `None` where it does not fit.
+    pub(crate) fn value_of(&self, index: usize, raw: Raw<'_>) -> Option<(Value, Quality)> {
         self.points.get(index)?.mapping.value_of(raw)
     }
 
@@ -135,8 +138,14 @@ impl PointStates {
         }
     }
 
-    /// Takes a value of the point's type; one in a unit that is not the tag's is bad.
-    pub(crate) fn take_value(&mut self, index: usize, value: Value, stamp: Stamp) {
+    /// Takes a value of the point's type with the quality that it has of its own; one in a unit
+    /// that is not the tag's is bad.
+    pub(crate) fn take_value(
+        &mut self,
+        index: usize,
+        (value, own): (Value, Quality),
+        stamp: Stamp,
+    ) {
         let (Some(point), Some(state)) = (self.points.get(index), self.states.get(index)) else {
             return;
         };
@@ -145,8 +154,27 @@ impl PointStates {
             let sample = Sample::bad(point.tag, Reason::Configuration);
             return self.push(index, Sample { source_time, flags, ..sample });
         }
-        let (value, quality) = (Some(value), state.unit.limit(quality));
+        let (value, quality) = (Some(value), state.unit.limit(quality).worst(own));
         self.push(index, Sample { tag: point.tag, value, quality, source_time, flags });
+        if !own.is_good() {
+            self.tell_text_doubt(index);
+        }
+    }
+
+    /// Logs a text that was cut or is no UTF-8, once per tag and connection.
+    fn tell_text_doubt(&mut self, index: usize) {
+        let (Some(point), Some(state)) = (self.points.get(index), self.states.get_mut(index))
+        else {
+            return;
+        };
+        if !std::mem::replace(&mut state.is_misfit_told, true) {
+            let text = format!(
+                "tag '{}': what came is a text of more than {MAX_TEXT_BYTES} bytes or no UTF-8, \
+                 so that it is uncertain: correct its source",
+                point.id
+            );
+            self.tell(LogLevel::Warning, &text);
+        }
     }
 
     /// Takes the word of the source that there is no value now.

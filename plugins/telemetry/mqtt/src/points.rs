@@ -122,7 +122,7 @@ fn parse_one(tag: &TagSpec) -> Result<(Place, Point), String> {
     let raw: RawAddress = tag.parse_address().map_err(|error| error.message().to_owned())?;
     let fault = |what: String| format!("tag '{}': {what}", tag.id);
     let mapping = mapping_of(tag.kind, &raw).map_err(fault)?;
-    let is_number = matches!(tag.kind, ValueKind::F64 | ValueKind::I64);
+    let is_number = tag.kind.is_quantity();
     let is_scaled = raw.scale.is_some() || raw.offset.is_some();
     if raw.unit.is_some() && (is_scaled || !is_number) {
         return Err(fault(
@@ -206,6 +206,18 @@ fn mapping_of(kind: ValueKind, raw: &RawAddress) -> Result<Mapping, String> {
     let (scale, offset) = (raw.scale.unwrap_or(1.0), raw.offset.unwrap_or(0.0));
     if !scale.is_finite() || scale == 0.0 || !offset.is_finite() {
         return Err("scale must be finite and not 0, offset finite".into());
+    }
+    if kind == ValueKind::Text && !raw.values.is_empty() {
+        return Err("values are names of numbers and states: remove them, for a text tag has the \
+                    text itself"
+            .into());
+    }
+    if kind == ValueKind::Text && matches!(raw.format, Some(FormatName::F32 | FormatName::F64)) {
+        return Err(
+            "format: a text tag takes texts and whole numbers: set it to text, hex, u8, i16 \
+                    or the like, or make the tag f64"
+                .into(),
+        );
     }
     if raw.values.len() > MAX_VALUES {
         return Err(format!("values: at most {MAX_VALUES} are allowed"));

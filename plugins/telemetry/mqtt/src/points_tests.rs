@@ -40,7 +40,7 @@ fn addresses_are_topics_or_metrics() {
 
 #[test]
 fn faults_name_tag_and_remedy() {
-    use ValueKind::{Bool, DoublePoint, F64};
+    use ValueKind::{Bool, DoublePoint, F64, Text};
     let cases = [
         (F64, json!({}), "name either a topic, or group"),
         (F64, json!({"topic": "a", "metric": "b"}), "name either a topic"),
@@ -76,6 +76,19 @@ fn faults_name_tag_and_remedy() {
         (F64, json!({"topic": "a", "scale": 0}), "scale must be finite and not 0"),
         (DoublePoint, json!({"topic": "a", "values": {"x": 4}}), "'x' stands for 4"),
         (F64, json!({"topic": "a", "values": {"x": "y"}}), "'x' stands for"),
+        (Text, json!({"topic": "a", "values": {"x": 1}}), "values are names of numbers and states"),
+        (Text, json!({"topic": "a", "scale": 2}), "scale and offset are for f64 tags"),
+        (Text, json!({"topic": "a", "pointer": "/v", "unit": "/u"}), "unit is that of numbers"),
+        (
+            Text,
+            json!({"topic": "a", "format": "f32", "byte_order": "big"}),
+            "a text tag takes texts and whole numbers",
+        ),
+        (
+            Text,
+            json!({"group": "a", "edge_node": "e", "metric": "m", "offset": 1}),
+            "scale and offset are for f64 tags",
+        ),
         (F64, json!({"topic": "a", "pinter": "/v"}), "unknown field `pinter`"),
     ];
     for (kind, address, part) in cases {

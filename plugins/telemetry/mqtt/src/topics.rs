@@ -155,7 +155,7 @@ impl Topics {
             }
             match document.content(pointers) {
                 Content::Value(raw) => match point_states.value_of(index, raw) {
-                    Some(Value::F64(number)) if !number.is_finite() => {
+                    Some((Value::F64(number), _)) if !number.is_finite() => {
                         take_unusable(index, "no finite number", is_gone, point_states);
                     }
                     Some(value) => point_states.take_value(index, value, stamp),

@@ -1,7 +1,7 @@
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::testing::{Recorder, tag_spec};
-use busbar_plugin_sdk::{DoublePoint, Sample, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Sample, Text, ValueKind};
 use serde_json::json;
 
 use super::*;
@@ -53,6 +53,14 @@ fn numbers_come_as_hexadecimal_text_and_as_bytes() {
         (Bool, text.clone(), b"0x01".into(), Value::Bool(true)),
         (Position, text, b"0x02".into(), Value::DoublePoint(DoublePoint::On)),
         (I64, hex.clone(), b"1F".into(), Value::I64(31)),
+        // A meter number in any form is its digits.
+        (ValueKind::Text, hex.clone(), b"1F".into(), Value::Text(Text::new("31").unwrap())),
+        (
+            ValueKind::Text,
+            raw("u32", "big"),
+            4_000_000_000_u32.to_be_bytes().into(),
+            Value::Text(Text::new("4000000000").unwrap()),
+        ),
         (I64, hex, b"10".into(), Value::I64(16)),
         (F64, raw("f32", "big"), 25.5_f32.to_be_bytes().into(), Value::F64(25.5)),
         (F64, raw("f64", "little"), 25.5_f64.to_le_bytes().into(), Value::F64(25.5)),

@@ -36,7 +36,7 @@ impl PointStates {
             let point = &self.points.all[index];
             let value = field.value(point.kind, told.fields);
             let mut sample = Sample { tag: point.tag, value, quality, source_time, flags };
-            if value.is_none() {
+            if sample.value.is_none() {
                 sample.quality = Quality::Bad(Reason::Configuration);
                 let text = format!("tag '{}': the condition has no {field:?}", point.id);
                 self.name(LogLevel::Warning, &text);

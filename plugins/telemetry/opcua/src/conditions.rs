@@ -155,7 +155,9 @@ impl Field {
             (Self::Severity, Variant::UInt16(severity)) if kind == ValueKind::I64 => {
                 Value::I64((*severity).into())
             }
-            (Self::Severity, Variant::UInt16(severity)) => Value::F64((*severity).into()),
+            (Self::Severity, Variant::UInt16(severity)) if kind == ValueKind::F64 => {
+                Value::F64((*severity).into())
+            }
             (Self::ShelvingState, Variant::NodeId(state)) => {
                 Value::Bool(**state != NodeId::new(0, UNSHELVED))
             }
@@ -327,6 +329,8 @@ mod tests {
         assert_eq!(bool(Field::ShelvingState, &fields), Some(Value::Bool(true)));
         assert_eq!(Field::Severity.value(ValueKind::I64, &fields), Some(Value::I64(700)));
         assert_eq!(Field::Severity.value(ValueKind::I64, &fields[..3]), None);
+        assert_eq!(Field::Severity.value(ValueKind::Text, &fields), None);
         assert!(Field::Severity.suits(ValueKind::F64) && !Field::Severity.suits(ValueKind::Bool));
+        assert!(!Field::Severity.suits(ValueKind::Text) && !Field::Retain.suits(ValueKind::Text));
     }
 }

@@ -3,13 +3,13 @@
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use async_opcua::types::{DateTime, StatusCode, Variant, status_code::StatusCodeLimit};
-use busbar_plugin_sdk::{DoublePoint, Quality, Reason, SampleFlags, Value, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Quality, Reason, SampleFlags, Value, ValueKind, text_value};
 
 use crate::points::Point;
 use crate::settings::SourceTime;
 
-/// Longest text that is converted to a value, bytes.
-const MAX_TEXT_BYTES: usize = 256;
+/// Longest text that is read as a number or state, bytes.
+const MAX_PARSED_BYTES: usize = 256;
 /// Bits of a status code that hold its severity and sub-code (OPC 10000-4, 7.38.1).
 const CODE_BITS: u32 = 0xFFFF_0000;
 /// Bits that only a historian's value has: calculated, interpolated, partial, with extra
@@ -21,11 +21,12 @@ const I64_END: f64 = 9_223_372_036_854_775_808.0;
 const TICKS_TO_1970: i64 = 116_444_736_000_000_000;
 const NANOS_PER_TICK: u64 = 100;
 
-/// Converts a value of the server to the value of a tag.
+/// Converts a value of the server to the value of a tag, and its quality: uncertain for a text that
+/// was cut.
 ///
 /// # Errors
 /// The mismatch, in words.
-pub(crate) fn value_of(point: &Point, variant: &Variant) -> Result<Value, String> {
+pub(crate) fn value_of(point: &Point, variant: &Variant) -> Result<(Value, Quality), String> {
     let variant = match (variant, point.index) {
         (Variant::Array(array), Some(index)) => array.values.get(index).ok_or_else(|| {
             format!("the array has {} elements: correct `index`", array.values.len())
@@ -37,6 +38,28 @@ pub(crate) fn value_of(point: &Point, variant: &Variant) -> Result<Value, String
         (_, Some(_)) => return Err("it is no array: remove `index`".into()),
         (scalar, None) => scalar,
     };
+    match point.kind {
+        ValueKind::Text => text_tag_value(variant).ok_or_else(|| misfit(point, variant)),
+        _ => scalar_value(point, variant).map(|value| (value, Quality::Good)),
+    }
+}
+
+/// Converts a text, or a whole number to its digits, to the value of a text tag.
+fn text_tag_value(variant: &Variant) -> Option<(Value, Quality)> {
+    let digits = || match variant {
+        Variant::UInt64(value) => Some(value.to_string()),
+        // Of times, status codes and floats nobody expects digits.
+        _ if bits(variant).is_some() => integer(variant).map(|value| value.to_string()),
+        _ => None,
+    };
+    match text_of(variant) {
+        Some(text) => Some(text_value(text)),
+        None => digits().map(|digits| text_value(&digits)),
+    }
+}
+
+/// Converts a value of the server to the value of a tag that is no text.
+fn scalar_value(point: &Point, variant: &Variant) -> Result<Value, String> {
     if let Some(bit) = point.bit {
         return bits(variant)
             .map(|bits| Value::Bool(bits >> bit & 1 == 1))
@@ -65,16 +88,15 @@ pub(crate) fn value_of(point: &Point, variant: &Variant) -> Result<Value, String
             }
             _ => None,
         },
+        ValueKind::Text => None,
     };
-    value.ok_or_else(|| {
-        let kind = match point.kind {
-            ValueKind::F64 => "f64",
-            ValueKind::I64 => "i64",
-            ValueKind::Bool => "bool",
-            ValueKind::DoublePoint => "double_point",
-        };
-        format!("{} is no {kind}: correct the tag's type or its node", name_of(variant))
-    })
+    value.ok_or_else(|| misfit(point, variant))
+}
+
+/// Returns the fault of a value whose type is not that of its tag.
+fn misfit(point: &Point, variant: &Variant) -> String {
+    let kind = point.kind.name();
+    format!("{} is no {kind}: correct the tag's type or its node", name_of(variant))
 }
 
 /// Looks up a state by the names in the tag's address.
@@ -84,7 +106,7 @@ fn state_of(point: &Point, variant: &Variant) -> Result<Value, String> {
         (Variant::Boolean(value), _) => Some(value.to_string()),
         _ => integer(variant).map(|value| value.to_string()),
     };
-    let state = written.and_then(|written| point.states.get(&written).copied());
+    let state = written.and_then(|written| point.states.get(&written).cloned());
     state.ok_or_else(|| format!("{} is none of the tag's `states`: add it there", name_of(variant)))
 }
 
@@ -204,16 +226,18 @@ pub(crate) fn time_of(time: &DateTime) -> Option<SystemTime> {
     UNIX_EPOCH.checked_add(Duration::from_nanos(since.checked_mul(NANOS_PER_TICK)?))
 }
 
+/// Returns a text; none where there is none, a null one among them.
 fn text_of(variant: &Variant) -> Option<&str> {
     match variant {
-        Variant::String(text) => Some(text.as_ref()),
-        Variant::LocalizedText(text) => Some(text.text.as_ref()),
+        Variant::String(text) => text.value().as_deref(),
+        Variant::LocalizedText(text) => text.text.value().as_deref(),
+        Variant::QualifiedName(name) => name.name.value().as_deref(),
         _ => None,
     }
 }
 
 fn short(text: &str) -> Option<&str> {
-    (text.len() <= MAX_TEXT_BYTES).then(|| text.trim())
+    (text.len() <= MAX_PARSED_BYTES).then(|| text.trim())
 }
 
 fn number(variant: &Variant) -> Option<f64> {
@@ -271,7 +295,7 @@ fn name_of(variant: &Variant) -> &'static str {
         Variant::Empty => "no value",
         Variant::Boolean(_) => "a Boolean",
         Variant::Float(_) | Variant::Double(_) => "a floating-point number",
-        Variant::String(_) | Variant::LocalizedText(_) => "a text",
+        Variant::String(_) | Variant::LocalizedText(_) | Variant::QualifiedName(_) => "a text",
         Variant::DateTime(_) => "a time",
         Variant::ExtensionObject(_) => "a structure",
         Variant::Array(_) => "an array",

@@ -1,4 +1,5 @@
-use async_opcua::types::{Array, LocalizedText, VariantScalarTypeId};
+use async_opcua::types::{Array, LocalizedText, QualifiedName, VariantScalarTypeId};
+use busbar_plugin_sdk::Text;
 use proptest::prelude::*;
 use serde_json::json;
 
@@ -19,7 +20,13 @@ fn read(
     more: serde_json::Value,
     variant: impl Into<Variant>,
 ) -> Result<Value, String> {
-    value_of(&point(kind, more), &variant.into())
+    let (value, quality) = value_of(&point(kind, more), &variant.into())?;
+    assert_eq!(quality, Quality::Good);
+    Ok(value)
+}
+
+fn text(text: &str) -> Value {
+    Value::Text(Text::new(text).unwrap())
 }
 
 #[test]
@@ -55,13 +62,13 @@ fn states_and_bits_are_read() {
     assert_eq!(read(ValueKind::Bool, none.clone(), 1_u8), Ok(Value::Bool(true)));
     assert!(read(ValueKind::Bool, none.clone(), 2_u8).is_err());
     let on = Value::DoublePoint(DoublePoint::On);
-    assert_eq!(read(ValueKind::DoublePoint, none.clone(), 2_i32), Ok(on));
+    assert_eq!(read(ValueKind::DoublePoint, none.clone(), 2_i32), Ok(on.clone()));
     assert!(read(ValueKind::DoublePoint, none.clone(), 4_i32).is_err());
     assert!(read(ValueKind::DoublePoint, none, true).unwrap_err().contains("a Boolean is no"));
     let states = json!({"states": {"CLOSED": "on", "true": "on", "5": "on"}});
     let closed = Variant::from(LocalizedText::new("en", "CLOSED"));
     for variant in [closed, Variant::from("CLOSED"), true.into(), 5_u16.into()] {
-        assert_eq!(read(ValueKind::DoublePoint, states.clone(), variant), Ok(on));
+        assert_eq!(read(ValueKind::DoublePoint, states.clone(), variant), Ok(on.clone()));
     }
     assert!(read(ValueKind::DoublePoint, states, "x").unwrap_err().contains("`states`"));
     for (bit, expected) in [(0, false), (15, true)] {
@@ -69,6 +76,58 @@ fn states_and_bits_are_read() {
         assert_eq!(value, Ok(Value::Bool(expected)));
     }
     assert!(read(ValueKind::Bool, json!({"bit": 0}), 1.0).unwrap_err().contains("has no bits"));
+}
+
+#[test]
+fn texts_and_digits_of_whole_numbers_are_texts() {
+    let none = json!({});
+    for (variant, expected) in [
+        (Variant::from("AUTO"), "AUTO"),
+        (Variant::from(" AUTO "), " AUTO "),
+        (Variant::from(""), ""),
+        (Variant::from(LocalizedText::new("de", "Wärmer")), "Wärmer"),
+        (Variant::from(QualifiedName::new(2, "Q1")), "Q1"),
+        (Variant::SByte(-7), "-7"),
+        (Variant::Byte(7), "7"),
+        (Variant::Int16(-7), "-7"),
+        (Variant::UInt16(7), "7"),
+        (Variant::Int32(-7), "-7"),
+        (Variant::UInt32(7), "7"),
+        (Variant::Int64(i64::MIN), "-9223372036854775808"),
+        (Variant::UInt64(u64::MAX), "18446744073709551615"),
+    ] {
+        assert_eq!(read(ValueKind::Text, none.clone(), variant), Ok(text(expected)), "{expected}");
+    }
+    for variant in [
+        Variant::Empty,
+        Variant::Boolean(true),
+        Variant::Float(7.0),
+        Variant::Double(7.5),
+        Variant::StatusCode(StatusCode::Good),
+        Variant::DateTime(Box::new(DateTime::now())),
+        Variant::ByteString(b"AUTO".to_vec().into()),
+        Variant::Variant(Box::new(Variant::from("AUTO"))),
+    ] {
+        let fault = read(ValueKind::Text, none.clone(), variant.clone()).unwrap_err();
+        assert!(fault.ends_with("is no text: correct the tag's type or its node"), "{fault}");
+    }
+    let array = Array::new(VariantScalarTypeId::String, vec![Variant::from("A"), "B".into()]);
+    let array = Variant::from(array.unwrap());
+    assert_eq!(read(ValueKind::Text, json!({"index": 1}), array.clone()), Ok(text("B")));
+    assert!(read(ValueKind::Text, none.clone(), array).unwrap_err().contains("an array of 2"));
+    // A tag of another kind is not its text.
+    assert_eq!(read(ValueKind::I64, none, QualifiedName::new(0, "7")), Ok(Value::I64(7)));
+}
+
+#[test]
+fn a_text_that_is_cut_is_uncertain() {
+    let point = point(ValueKind::Text, json!({}));
+    let of = |count: usize| value_of(&point, &Variant::from("x".repeat(count))).unwrap();
+    assert_eq!(of(255), (text(&"x".repeat(255)), Quality::Good));
+    for count in [256, 100_000] {
+        let cut = format!("{}…", "x".repeat(252));
+        assert_eq!(of(count), (text(&cut), Quality::Uncertain(Reason::Configuration)), "{count}");
+    }
 }
 
 #[test]

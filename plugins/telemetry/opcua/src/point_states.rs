@@ -7,7 +7,9 @@ use std::ops::Range;
 use std::time::{Duration, Instant, SystemTime};
 
 use async_opcua::types::{DataValue, StatusCode};
-use busbar_plugin_sdk::{Host, LogLevel, Quality, Reason, Sample, SampleFlags, SampleSink, Value};
+use busbar_plugin_sdk::{
+    Host, LogLevel, MAX_TEXT_BYTES, Quality, Reason, Sample, SampleFlags, SampleSink, Value,
+};
 
 use source_units::{UnitAgreement, UnreadableUnit};
 
@@ -55,7 +57,7 @@ pub(crate) struct PointStates {
 }
 
 /// Last sample of a tag that the host was told.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Last {
     /// Value with its quality, where it may be confirmed.
     pub(crate) value: Option<(Value, Quality)>,
@@ -247,12 +249,19 @@ impl PointStates {
         }
         let variant = data.value.as_ref().filter(|value| !value.is_empty());
         match variant.map(|variant| value_of(point, variant)) {
-            Some(Ok(value)) => {
+            Some(Ok((value, of_text))) => {
                 sample.value = Some(value);
+                sample.quality = quality.worst(of_text);
                 if self.items[item].has_new_meaning && quality.is_good() {
                     sample.quality = Quality::Uncertain(Reason::Configuration);
                 }
                 sample.quality = self.units[index].limit(sample.quality);
+                if !of_text.is_good() {
+                    let id = &point.id;
+                    let text =
+                        format!("tag '{id}': a text of more than {MAX_TEXT_BYTES} bytes was cut");
+                    self.name(LogLevel::Warning, &text);
+                }
             }
             // Nobody knows what it would be.
             None if !matches!(quality, Quality::Bad(_)) => {
@@ -271,17 +280,18 @@ impl PointStates {
     }
 
     pub(crate) fn put(&mut self, index: usize, sample: Sample, now: Instant, wall: SystemTime) {
-        let is_kept = !matches!(sample.quality, Quality::Bad(_));
+        let kept = sample.value.as_ref().filter(|_| !matches!(sample.quality, Quality::Bad(_)));
         self.last[index] = Last {
-            value: sample.value.filter(|_| is_kept).map(|value| (value, sample.quality)),
+            value: kept.map(|value| (value.clone(), sample.quality)),
             source_time: sample.source_time,
             flags: sample.flags,
             told: Some(now),
             is_confirmed: false,
             is_suspect: self.is_more_missing,
         };
+        let source_time = sample.source_time;
         self.push(sample, self.is_more_missing);
-        let age = sample.source_time.and_then(|time| wall.duration_since(time).ok());
+        let age = source_time.and_then(|time| wall.duration_since(time).ok());
         let limit = self.points.all[index].freshness / OLD_AFTER;
         if self.confirm && age.is_some_and(|age| age > limit) {
             self.confirm_one(index, now, wall);
@@ -303,16 +313,17 @@ impl PointStates {
 
     /// Publishes the last value again, in its present state.
     fn tell(&mut self, index: usize) {
-        let last = self.last[index];
-        let Some((value, quality)) = last.value else { return };
+        let last = &self.last[index];
+        let Some((value, quality)) = &last.value else { return };
         let sample = Sample {
             tag: self.points.all[index].tag,
-            value: Some(value),
-            quality,
+            value: Some(value.clone()),
+            quality: *quality,
             source_time: last.source_time.filter(|_| !last.is_confirmed),
             flags: last.flags,
         };
-        self.push(sample, last.is_suspect);
+        let is_suspect = last.is_suspect;
+        self.push(sample, is_suspect);
     }
 
     /// Publishes the last value as current, where it is and the settings confirm values; otherwise
@@ -417,7 +428,7 @@ impl PointStates {
     /// last change. An implausible source time stays marked as unusable.
     fn confirm_one(&mut self, index: usize, now: Instant, wall: SystemTime) {
         let last = &mut self.last[index];
-        let Some((value, quality)) = last.value else { return };
+        let Some((value, quality)) = last.value.clone() else { return };
         // What is of the past is not so now.
         if last.is_suspect || last.flags.contains(SampleFlags::HISTORICAL) {
             return;

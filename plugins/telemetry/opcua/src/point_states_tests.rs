@@ -2,7 +2,7 @@ use std::time::UNIX_EPOCH;
 
 use async_opcua::types::{DateTime, Variant};
 use busbar_plugin_sdk::testing::{Recorder, host, tag_spec};
-use busbar_plugin_sdk::{TagSpec, ValueKind};
+use busbar_plugin_sdk::{TagSpec, Text, ValueKind};
 use serde_json::json;
 
 use super::*;
@@ -24,15 +24,19 @@ fn setting(confirm: bool) -> Setting {
 }
 
 fn setting_with(more: serde_json::Value) -> Setting {
-    let mut all = json!({"url": "opc.tcp://plc"});
-    all.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
-    let settings: Settings = serde_json::from_value(all).unwrap();
-    let config = settings.parse().unwrap();
     let address = json!({"node": "ns=2;s=A"});
     let number = tag_spec(0, "A", ValueKind::F64, address.clone());
     let tags =
         [TagSpec { unit: "MW".into(), ..number }, tag_spec(1, "B", ValueKind::Bool, address)];
-    let points = Points::parse(&tags, &config).unwrap();
+    setting_of(&tags, more)
+}
+
+fn setting_of(tags: &[TagSpec], more: serde_json::Value) -> Setting {
+    let mut all = json!({"url": "opc.tcp://plc"});
+    all.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    let settings: Settings = serde_json::from_value(all).unwrap();
+    let config = settings.parse().unwrap();
+    let points = Points::parse(tags, &config).unwrap();
     let recorder = Recorder::new();
     let point_states = PointStates::new(points, &config, recorder.sink(), host());
     Setting { point_states, recorder, now: Instant::now() }
@@ -69,7 +73,7 @@ impl Setting {
     }
 
     fn last(&self) -> Sample {
-        *self.of_tag(0).last().unwrap()
+        self.of_tag(0).pop().unwrap()
     }
 
     fn of_tag(&self, tag: u32) -> Vec<Sample> {
@@ -90,10 +94,49 @@ fn a_value_goes_on_as_long_as_its_subscription_lives() {
     setting.confirm_after(1);
     let samples = setting.of_tag(0);
     assert_eq!(samples.len(), 2);
-    assert_eq!((samples[1].value, samples[1].source_time), (Some(Value::F64(1.5)), None));
+    assert_eq!((&samples[1].value, samples[1].source_time), (&Some(Value::F64(1.5)), None));
     // What never had a value that fits has none to confirm.
     assert_eq!(setting.of_tag(1).len(), 1);
     assert_eq!(setting.of_tag(1)[0].quality, Quality::Bad(Reason::Configuration));
+}
+
+#[test]
+fn a_text_is_published_again_and_confirmed_with_the_worse_quality() {
+    // A unit is none of a text.
+    let text = tag_spec(0, "A", ValueKind::Text, json!({"node": "ns=2;s=A"}));
+    let mut setting = setting_of(&[TagSpec { unit: "MW".into(), ..text }], json!({}));
+    let of = |text: &str| Some(Value::Text(Text::new(text).unwrap()));
+    let data = |text: &str, status| DataValue {
+        value: Some(Variant::from(text)),
+        status: Some(status),
+        ..data(0.0, 0)
+    };
+    setting.take(&data("AUTO", StatusCode::Good));
+    setting.take(&data("AUTO", StatusCode::Good));
+    setting.confirm_after(2);
+    setting.take(&data("", StatusCode::Good));
+    let found: Vec<_> = setting.of_tag(0).into_iter().map(|s| (s.value, s.quality)).collect();
+    let good = |text| (of(text), Quality::Good);
+    assert_eq!(found, [good("AUTO"), good("AUTO"), good("AUTO"), good("")]);
+    let long = "x".repeat(256);
+    let doubt = Quality::Uncertain(Reason::Configuration);
+    for (status, quality) in [
+        (StatusCode::Good, doubt),
+        (StatusCode::UncertainSensorNotAccurate, Quality::Uncertain(Reason::Sensor)),
+        (StatusCode::BadSensorFailure, Quality::Bad(Reason::Sensor)),
+    ] {
+        setting.take(&data(&long, status));
+        assert_eq!(setting.last().quality, quality, "{status}");
+    }
+    setting.take(&data(&long, StatusCode::Good));
+    setting.confirm_after(2);
+    let last = setting.last();
+    assert_eq!((last.quality, last.source_time), (doubt, None));
+    // A number is another text, and a float none.
+    setting.take(&DataValue::value_only(Variant::UInt32(4711)));
+    assert_eq!(setting.last().value, of("4711"));
+    setting.take(&DataValue::value_only(Variant::Double(4711.0)));
+    assert_eq!(setting.last(), Sample::bad(0, Reason::Configuration));
 }
 
 #[test]
@@ -126,10 +169,10 @@ fn what_is_bad_is_not_confirmed_and_nothing_is_no_value() {
     let failed = DataValue { status: Some(StatusCode::BadSensorFailure), ..data(2.0, 0) };
     setting.take(&failed);
     setting.confirm_after(10);
-    let last = *setting.of_tag(0).last().unwrap();
+    let last = setting.last();
     assert_eq!((last.value, last.quality), (Some(Value::F64(2.0)), Quality::Bad(Reason::Sensor)));
     setting.take(&DataValue::default());
-    let last = *setting.of_tag(0).last().unwrap();
+    let last = setting.last();
     assert_eq!((last.value, last.quality), (None, Quality::Bad(Reason::Unknown)));
 }
 
@@ -234,7 +277,7 @@ fn a_server_in_test_mode_marks_all_and_one_that_fails_vouches_for_nothing() {
     setting.take(&data(1.5, 0));
     setting.point_states.set_server(false, SampleFlags::TEST, setting.now, wall());
     setting.take(&data(2.5, 0));
-    let found: Vec<_> = setting.of_tag(0).iter().map(|s| (s.value, s.flags)).collect();
+    let found: Vec<_> = setting.of_tag(0).iter().map(|s| (s.value.clone(), s.flags)).collect();
     let value = |value| Some(Value::F64(value));
     let test = SampleFlags::TEST;
     assert_eq!(found, [(value(1.5), SampleFlags::LIVE), (value(1.5), test), (value(2.5), test)]);
@@ -295,7 +338,7 @@ fn older_times_and_values_of_one_queue_come_in_order_of_arrival() {
     for (value, age) in [(1.0, 0), (2.0, 2), (3.0, 1)] {
         setting.take(&data(value, age));
     }
-    let values: Vec<_> = setting.of_tag(0).iter().map(|sample| sample.value).collect();
+    let values: Vec<_> = setting.of_tag(0).into_iter().map(|sample| sample.value).collect();
     assert_eq!(values, [1.0, 2.0, 3.0].map(|value| Some(Value::F64(value))));
     assert!(setting.of_tag(0).iter().all(|sample| sample.flags == SampleFlags::LIVE));
 }

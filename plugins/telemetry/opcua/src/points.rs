@@ -200,9 +200,8 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<(Point, Place), String> {
         }
         _ => return Err(fault("give node, or condition and field, one of them".into())),
     };
-    let is_number = matches!(tag.kind, ValueKind::F64 | ValueKind::I64);
     let is_scaled = raw.scale.is_some() || raw.offset.is_some();
-    let is_compared = is_number && !is_scaled && raw.states.is_empty();
+    let is_compared = tag.kind.is_quantity() && !is_scaled && raw.states.is_empty();
     let point = Point {
         tag: tag.tag,
         id: tag.id.clone(),
@@ -267,6 +266,15 @@ fn check_numbers(kind: ValueKind, raw: &RawAddress) -> Result<(), String> {
     }
     if raw.bit.is_some_and(|bit| bit > MAX_BIT) {
         return Err(format!("bit: 0 to {MAX_BIT}, 0 the lowest"));
+    }
+    if kind == ValueKind::Text && !raw.states.is_empty() {
+        return Err(
+            "states are for bool and double_point tags, a text is taken as it is: remove them"
+                .into(),
+        );
+    }
+    if kind == ValueKind::Text && (raw.deadband.is_some() || raw.deadband_percent.is_some()) {
+        return Err("a text has no deadband: remove deadband and deadband_percent".into());
     }
     if raw.deadband.is_some() && raw.deadband_percent.is_some() {
         return Err("give deadband or deadband_percent, not both".into());

@@ -71,13 +71,29 @@ fn every_fault_names_its_tag_and_remedy() {
             "Severity is an i64 or f64",
         ),
         (ValueKind::Bool, json!({"condition": "i=1", "field": "Retain", "bit": 1}), "nothing else"),
+        (ValueKind::Text, json!({"node": "i=1", "scale": 2.0}), "scale and offset are for f64"),
+        (ValueKind::Text, json!({"node": "i=1", "offset": 0.0}), "scale and offset are for f64"),
+        (ValueKind::Text, json!({"node": "i=1", "bit": 0}), "bit is for bool tags"),
+        (ValueKind::Text, json!({"node": "i=1", "states": {"1": "A"}}), "taken as it is: remove"),
+        (ValueKind::Text, json!({"node": "i=1", "deadband": 1.0}), "a text has no deadband"),
+        (ValueKind::Text, json!({"node": "i=1", "deadband_percent": 1.0}), "has no deadband"),
+        (
+            ValueKind::Text,
+            json!({"condition": "i=1", "field": "ActiveState"}),
+            "all other fields are bool",
+        ),
+        (
+            ValueKind::Text,
+            json!({"condition": "i=1", "field": "Severity"}),
+            "Severity is an i64 or f64",
+        ),
     ];
     for (kind, address, fault) in &cases {
         let found = parse(&[(*kind, address.clone())]).unwrap_err();
         assert!(found.contains("tag 'T0'") && found.contains(fault), "{address}: {found}");
     }
     let all: Vec<_> = cases.iter().map(|(kind, address, _)| (*kind, address.clone())).collect();
-    assert!(parse(&all).unwrap_err().starts_with("15 of 15 tags cannot be served: tag 'T0'"));
+    assert!(parse(&all).unwrap_err().starts_with("23 of 23 tags cannot be served: tag 'T0'"));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use async_opcua::types::{DateTime, MonitoredItemNotification, SignedSoftwareCert
 use busbar_plugin_sdk::testing::{
     FaultGenerator, MessageFault, TruthMoment, TruthOracle, host, matrix_steps, tag_spec,
 };
-use busbar_plugin_sdk::{Reason, TagSpec, Value, ValueKind};
+use busbar_plugin_sdk::{Reason, TagSpec, Text, Value, ValueKind};
 use serde_json::json;
 
 use super::*;
@@ -73,7 +73,21 @@ struct Sent {
 
 fn tags() -> Vec<TagSpec> {
     let address = |tag| json!({ "node": format!("ns=2;s=N{tag}") });
-    (0..TAGS).map(|tag| tag_spec(tag, &format!("N{tag}"), ValueKind::I64, address(tag))).collect()
+    let kind = |tag| if is_text(tag) { ValueKind::Text } else { ValueKind::I64 };
+    (0..TAGS).map(|tag| tag_spec(tag, &format!("N{tag}"), kind(tag), address(tag))).collect()
+}
+
+/// Reports whether a tag is a text: every other one.
+fn is_text(tag: u32) -> bool {
+    tag % 2 == 1
+}
+
+/// Returns the value that a tag has for a number of the model.
+fn value_of(tag: u32, number: i64) -> Value {
+    match is_text(tag) {
+        true => Value::Text(Text::cut(&format!("mode {number}"))),
+        false => Value::I64(number),
+    }
 }
 
 fn items(subscription: u32) -> Range<usize> {
@@ -83,7 +97,11 @@ fn items(subscription: u32) -> Range<usize> {
 }
 
 fn data(handle: u32, value: i64) -> MonitoredItemNotification {
-    let value = DataValue { value: Some(Variant::Int64(value)), ..DataValue::default() };
+    let variant = match is_text(handle) {
+        true => Variant::from(format!("mode {value}")),
+        false => Variant::Int64(value),
+    };
+    let value = DataValue { value: Some(variant), ..DataValue::default() };
     MonitoredItemNotification { client_handle: handle, value }
 }
 
@@ -175,7 +193,7 @@ impl Matrix {
             Rc::new(RefCell::new(PointStates::new(points, &config, oracle.sink(), host())));
         let values = std::array::from_fn(|index| index as i64);
         for tag in 0..TAGS {
-            oracle.set_truth(tag, Some(Value::I64(values[tag as usize])));
+            oracle.set_truth(tag, Some(value_of(tag, values[tag as usize])));
         }
         let set = SubscriptionSet::new(Rc::clone(&point_states), Vec::new());
         let mut matrix = Self {
@@ -223,7 +241,7 @@ impl Matrix {
                 false => self.number,
             };
             self.model.values[tag] = value;
-            self.oracle.set_truth(tag as u32, Some(Value::I64(value)));
+            self.oracle.set_truth(tag as u32, Some(value_of(tag as u32, value)));
         }
     }
 
@@ -320,7 +338,7 @@ impl Matrix {
                 }
                 Inquiry::Read { subscription, epoch, items } => {
                     let values = items.into_iter().map(|item| {
-                        let value = data(0, self.model.values[item]).value;
+                        let value = data(item as u32, self.model.values[item]).value;
                         (item, value)
                     });
                     let values: Vec<_> = values.collect();

@@ -115,6 +115,12 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
     if is_comtrade && (raw.unit.is_some() || !raw.states.is_empty()) {
         return fault("unit and states are for CSV: remove them");
     }
+    if tag.kind == ValueKind::Text && is_comtrade {
+        return fault("COMTRADE has no texts: take the tag from CSV, or correct its type");
+    }
+    if tag.kind == ValueKind::Text && raw.unit.is_some() {
+        return fault("unit is that of numbers: remove it");
+    }
     if raw.unit.as_ref().is_some_and(|unit| unit.trim().is_empty() || unit.len() > MAX_UNIT_BYTES) {
         return fault(&format!("a unit has 1 to {MAX_UNIT_BYTES} bytes"));
     }
@@ -168,12 +174,13 @@ fn parse_one(tag: &TagSpec, config: &Config) -> Result<Point, String> {
 
 /// Unit that samples of the tag must have, where it is known.
 fn tag_unit(tag: &TagSpec) -> Option<String> {
-    Some(tag.unit.clone()).filter(|unit| !unit.trim().is_empty())
+    let is_unit = |unit: &String| tag.kind != ValueKind::Text && !unit.trim().is_empty();
+    Some(tag.unit.clone()).filter(is_unit)
 }
 
 /// Reports whether every change of such a tag matters.
 fn is_discrete(kind: ValueKind) -> bool {
-    matches!(kind, ValueKind::Bool | ValueKind::DoublePoint)
+    !kind.is_quantity()
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ fn every_form_has_its_address() {
 
 #[test]
 fn what_has_no_effect_is_refused() {
-    use ValueKind::{Bool, DoublePoint, F64};
+    use ValueKind::{Bool, DoublePoint, F64, Text};
     for (form, kind, address, part) in [
         ("comtrade", F64, json!({"column": "IA"}), "must be as {\"channel\": \"IA\"}"),
         ("comtrade", F64, json!({"channel": "IA", "column": 1}), "must be as"),
@@ -50,6 +50,11 @@ fn what_has_no_effect_is_refused() {
         ("wide", F64, json!({"name": "a"}), "must be as {\"column\": \"Oil\"}"),
         ("long", F64, json!({"column": 1}), "must be as {\"name\": \"T1.Oil\"}"),
         ("long", DoublePoint, json!({"off": 1, "on": 2}), "off and on go together"),
+        ("comtrade", Text, json!({"channel": 1}), "COMTRADE has no texts: take the tag from CSV"),
+        ("wide", Text, json!({"column": 1, "unit": "kV"}), "unit is that of numbers"),
+        ("long", Text, json!({"name": "a", "unit": "kV"}), "unit is that of numbers"),
+        ("wide", Text, json!({"column": 1, "states": {"A": "on"}}), "states are for bool and"),
+        ("wide", Text, json!({"off": 1, "on": 2}), "off and on go together"),
         ("wide", F64, json!({"colum": 1}), "colum"),
         ("wide", F64, json!("a"), "tag 'T'"),
     ] {

@@ -12,7 +12,6 @@ pub(crate) struct Decimator {
     held: Vec<usize>,
 }
 
-#[derive(Clone, Copy)]
 struct State {
     is_discrete: bool,
     last: Option<Update>,
@@ -33,23 +32,23 @@ impl Decimator {
         let Some(state) = self.points.get_mut(update.point) else { return };
         let is_change = state
             .last
-            .is_none_or(|last| (last.value, last.quality) != (update.value, update.quality));
+            .as_ref()
+            .is_none_or(|last| (&last.value, last.quality) != (&update.value, update.quality));
         if state.last.is_none() || (state.is_discrete && is_change) {
             // What is held back of it says the same as what went before.
             state.held = None;
-            state.last = Some(update);
+            state.last = Some(update.clone());
             return out.push(update);
         }
-        let of = |update: Update| update.nanos.div_euclid(interval);
-        match state.held {
-            Some(held) if of(held) < of(update) => {
-                state.last = Some(held);
+        let (point, part) = (update.point, update.nanos.div_euclid(interval));
+        match state.held.replace(update) {
+            Some(held) if held.nanos.div_euclid(interval) < part => {
+                state.last = Some(held.clone());
                 out.push(held);
             }
             Some(_) => {}
-            None => self.held.push(update.point),
+            None => self.held.push(point),
         }
-        state.held = Some(update);
     }
 
     /// Appends what was held back in intervals that are over at `nanos`.
@@ -58,11 +57,11 @@ impl Decimator {
         let points = &mut self.points;
         self.held.retain(|&point| {
             let state = &mut points[point];
-            let Some(held) = state.held else { return false };
+            let Some(held) = &state.held else { return false };
             let is_over = held.nanos.div_euclid(interval) < nanos.div_euclid(interval);
             if is_over {
-                (state.last, state.held) = (Some(held), None);
-                out.push(held);
+                state.last = state.held.take();
+                out.extend(state.last.clone());
             }
             !is_over
         });

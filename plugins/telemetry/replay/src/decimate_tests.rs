@@ -1,4 +1,4 @@
-use busbar_plugin_sdk::{Quality, Reason, Value};
+use busbar_plugin_sdk::{Quality, Reason, Text, Value};
 
 use super::*;
 
@@ -39,8 +39,20 @@ fn no_change_of_a_discrete_tag_is_lost() {
     let times: Vec<_> = out.iter().map(|update| update.nanos).collect();
     assert_eq!(times, changes);
     let bad = Update { quality: Quality::Bad(Reason::Sensor), ..state(1500, is_on) };
-    decimator.take(bad, &mut out);
+    decimator.take(bad.clone(), &mut out);
     assert_eq!(out.pop(), Some(bad), "quality is a change too");
+}
+
+#[test]
+fn no_change_of_a_text_is_lost_and_one_that_stays_is_refreshed() {
+    let (mut decimator, mut out) = (Decimator::new([true].into_iter(), Some(10)), Vec::new());
+    let texts = ["AUTO", "AUTO", "HAND", "AUTO", "AUTO", "AUTO"];
+    for (nanos, text) in [0, 1, 2, 3, 11, 25].into_iter().zip(texts) {
+        let value = Some(Value::Text(Text::new(text).unwrap()));
+        decimator.take(Update { value, ..update(0, nanos, 0.0) }, &mut out);
+    }
+    let times: Vec<_> = out.iter().map(|update| update.nanos).collect();
+    assert_eq!(times, [0, 2, 3, 11]);
 }
 
 #[test]

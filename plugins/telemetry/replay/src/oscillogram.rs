@@ -234,7 +234,8 @@ fn find(cfg: &Cfg, point: &Point, remarks: &mut Remarks) -> Result<ChannelSelect
         (Source::One(one), ValueKind::Bool | ValueKind::DoublePoint) => {
             ChannelSelection::Bool(digital(one)?)
         }
-        (Source::One(one), kind) => {
+        (Source::One(_), ValueKind::Text) => return Err("COMTRADE has no texts".into()),
+        (Source::One(one), kind @ (ValueKind::F64 | ValueKind::I64)) => {
             let ids: Vec<&str> = cfg.analogs.iter().map(|channel| channel.id.as_str()).collect();
             let channel = find_column(&ids, one, "analogue channel")?;
             let Analog { a, b, range, skew_nanos, fault, .. } = cfg.analogs[channel].clone();

@@ -170,7 +170,8 @@ impl Player {
 
     fn keep_before(&mut self) {
         for update in self.updates.drain(..) {
-            self.before[update.point] = Some(update);
+            let point = update.point;
+            self.before[point] = Some(update);
         }
         self.next = None;
     }
@@ -178,7 +179,7 @@ impl Player {
     /// Applies the state before the start at the start.
     fn begin(&mut self, out: &mut Vec<Update>) {
         for update in self.before.iter().flatten() {
-            self.decimator.take(Update { nanos: 0, ..*update }, out);
+            self.decimator.take(Update { nanos: 0, ..update.clone() }, out);
         }
     }
 

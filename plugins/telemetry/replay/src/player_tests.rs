@@ -57,8 +57,8 @@ fn advance(player: &mut Player, head: i64) -> (Progress, Vec<(i64, i64)>) {
 }
 
 fn pairs(updates: &[Update]) -> Vec<(i64, i64)> {
-    let value = |update: &Update| match update.value {
-        Some(Value::I64(value)) => value,
+    let value = |update: &Update| match &update.value {
+        Some(Value::I64(value)) => *value,
         other => panic!("{other:?}"),
     };
     updates.iter().map(|update| (update.nanos, value(update))).collect()

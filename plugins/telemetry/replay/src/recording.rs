@@ -32,7 +32,7 @@ impl Fault {
 }
 
 /// Value and quality of a tag from an instant on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Update {
     /// Place of the tag in [`Points`](crate::address::Points).
     pub(crate) point: usize,

@@ -3,7 +3,8 @@
 //!
 //! Tags are updated one after the other, round after round. In round `n` a whole number
 //! is `n`, a number 0 or 100 in turn, a single point off or on, a double-point open or
-//! closed; the source time is that of publishing. Or a script words them (`script.rs`).
+//! closed, a text `Text n`; the source time is that of publishing. Or a script words them
+//! (`script.rs`).
 
 mod script;
 
@@ -12,7 +13,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use busbar_plugin_sdk::{
     DoublePoint, Error, Host, LinkState, Plugin, Quality, Sample, SampleFlags, SampleSink,
-    StopToken, TagSpec, Telemetry, Value, ValueKind, Worker, export_plugin,
+    StopToken, TagSpec, Telemetry, Text, Value, ValueKind, Worker, export_plugin,
 };
 
 use crate::script::Script;
@@ -90,7 +91,8 @@ impl Telemetry for SampleGenerator {
 
     fn start(&mut self, tags: Vec<TagSpec>, sink: SampleSink) -> Result<(), Error> {
         let settings = self.settings.clone();
-        let script = settings.script.as_deref().map(Script::read).transpose()?;
+        let script =
+            settings.script.as_deref().map(|path| Script::read(path, &tags)).transpose()?;
         let worker = Worker::start(&self.host, "samples", move |running| {
             sink.report_link(LinkState::Up, "generating");
             if let Some(script) = script {
@@ -144,6 +146,7 @@ fn value(kind: ValueKind, round: u64) -> Value {
         ValueKind::DoublePoint => {
             Value::DoublePoint(if odd { DoublePoint::On } else { DoublePoint::Off })
         }
+        ValueKind::Text => Value::Text(Text::cut(&format!("Text {round}"))),
     }
 }
 
@@ -151,6 +154,7 @@ export_plugin!(SampleGenerator: telemetry);
 
 #[cfg(test)]
 mod tests {
+    use busbar_plugin_sdk::Reason;
     use busbar_plugin_sdk::testing::{Recorder, TestClock, tag_spec};
 
     use super::*;
@@ -159,10 +163,10 @@ mod tests {
     fn as_many_updates_as_are_asked_for_tag_after_tag() {
         let (clock, recorder) = (TestClock::new(), Recorder::new());
         let settings =
-            Settings { updates_per_second: 1e6, updates: Some(5), ..Settings::default() };
+            Settings { updates_per_second: 1e6, updates: Some(7), ..Settings::default() };
         let mut generator = SampleGenerator::create(settings, clock.host()).unwrap();
         let address = serde_json::json!({});
-        let tags = [ValueKind::I64, ValueKind::Bool];
+        let tags = [ValueKind::I64, ValueKind::Bool, ValueKind::Text];
         let tags =
             tags.into_iter().zip(0..).map(|(kind, tag)| tag_spec(tag, "t", kind, address.clone()));
         generator.start(tags.collect(), recorder.sink()).unwrap();
@@ -170,17 +174,26 @@ mod tests {
             |count| move |seen: &busbar_plugin_sdk::testing::Recording| seen.samples.len() >= count;
         for _ in 0..100 {
             clock.advance(Duration::from_millis(1));
-            if recorder.wait_until(Duration::from_millis(20), came(5)) {
+            if recorder.wait_until(Duration::from_millis(20), came(7)) {
                 break;
             }
         }
         generator.stop();
         let samples = recorder.recording().samples;
-        let values: Vec<_> = samples.iter().map(|sample| (sample.tag, sample.value)).collect();
+        let values: Vec<_> = samples.into_iter().map(|sample| (sample.tag, sample.value)).collect();
         let (number, point) = (|n| Some(Value::I64(n)), |on| Some(Value::Bool(on)));
+        let text = |text: &str| Text::new(text).map(Value::Text);
         assert_eq!(
             values,
-            [(0, number(0)), (1, point(false)), (0, number(1)), (1, point(true)), (0, number(2))]
+            [
+                (0, number(0)),
+                (1, point(false)),
+                (2, text("Text 0")),
+                (0, number(1)),
+                (1, point(true)),
+                (2, text("Text 1")),
+                (0, number(2)),
+            ]
         );
     }
 
@@ -223,11 +236,65 @@ mod tests {
         let samples = recorder.recording().samples;
         assert!(matches!(samples[0].value, Some(Value::F64(value)) if value.is_nan()));
         assert!(samples[0].source_time.is_some() && samples[3].source_time.is_none());
-        let counts = [1, 2, 4, 5].map(|index: usize| samples[index].value);
+        let counts = [1, 2, 4, 5].map(|index: usize| samples[index].value.clone());
         assert_eq!(counts, [1, 2, 1, 3].map(|count| Some(Value::I64(count))));
         std::fs::write(&path, "{").unwrap();
         let mut broken = SampleGenerator::create(settings, clock.host()).unwrap();
         assert!(broken.start(tags, recorder.sink()).is_err());
+    }
+
+    #[test]
+    fn a_script_has_texts_for_text_tags_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("script.json");
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap();
+        let start = now.as_millis() as u64 + 20_000;
+        let tags = [("mode", ValueKind::Text), ("load", ValueKind::F64), ("n", ValueKind::I64)];
+        let tags: Vec<_> = (0..)
+            .zip(tags)
+            .map(|(tag, (id, kind))| tag_spec(tag, id, kind, serde_json::json!({})))
+            .collect();
+        let play = |tag: &str, values: &[serde_json::Value]| {
+            let sample = |value| serde_json::json!({"tag": tag, "value": value, "quality": "good"});
+            let samples: Vec<_> = values.iter().map(sample).collect();
+            let script = serde_json::json!({
+                "start_unix_millis": start, "sent": "sent", "first": "first",
+                "batches": [{ "at_millis": 0, "samples": samples }],
+            });
+            std::fs::write(&path, script.to_string()).unwrap();
+            let settings = Settings { script: Some(path.clone()), ..Settings::default() };
+            let (clock, recorder) = (TestClock::new(), Recorder::new());
+            let mut generator = SampleGenerator::create(settings, clock.host()).unwrap();
+            generator.start(tags.clone(), recorder.sink())?;
+            for _ in 0..100 {
+                clock.advance(Duration::from_secs(1));
+                if recorder.wait_until(Duration::from_millis(20), |seen| !seen.samples.is_empty()) {
+                    break;
+                }
+            }
+            generator.stop();
+            Ok(recorder.recording().samples.into_iter().map(|s| (s.value, s.quality)).collect())
+        };
+        let text = |text: &str| Text::new(text).map(Value::Text);
+        let long = "x".repeat(256);
+        let values = ["on".into(), "Hand ⚡".into(), "".into(), 42.into(), long.into()];
+        let played: Result<Vec<_>, Error> = play("mode", &values);
+        let good = |value| (text(value), Quality::Good);
+        let cut = text(&format!("{}…", "x".repeat(252)));
+        assert_eq!(
+            played.unwrap(),
+            [
+                good("on"),
+                good("Hand ⚡"),
+                good(""),
+                good("42"),
+                (cut, Quality::Uncertain(Reason::Configuration))
+            ]
+        );
+        for (tag, value) in [("mode", 1.5.into()), ("load", "AUTO".into()), ("n", "".into())] {
+            let fault = play(tag, &[value]).unwrap_err();
+            assert!(fault.message().contains(&format!("tag '{tag}'")), "{fault}");
+        }
     }
 
     #[test]

@@ -3,12 +3,13 @@
 //! What is due before the process that reads it began is left out: nobody sends the past.
 //! Two tags tell how far it came, so that who watches knows what has arrived.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::{
     DoublePoint, Error, Quality, Reason, Sample, SampleFlags, SampleSink, StopToken, TagSpec,
-    Value, ValueKind,
+    Value, ValueKind, text_value,
 };
 use serde::Deserialize;
 
@@ -82,31 +83,43 @@ enum Worth {
 }
 
 /// Scripted value of a sample.
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Deserialize)]
 #[serde(untagged)]
 enum Worded {
+    Whole(i64),
     Number(f64),
-    Word(Word),
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Word {
-    /// Value that is not a number.
-    Nan,
-    On,
-    Off,
+    /// A text, or for other tags a word: `nan`, `on` or `off`.
+    Text(String),
 }
 
 impl Script {
-    pub(crate) fn read(path: &Path) -> Result<Self, Error> {
+    /// Reads a script for these tags.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or a value that does not fit its tag.
+    pub(crate) fn read(path: &Path, tags: &[TagSpec]) -> Result<Self, Error> {
         let fault = |what: String| Error::settings(format!("script {}: {what}", path.display()));
         let size = std::fs::metadata(path).map_err(|error| fault(error.to_string()))?.len();
         if size > MAX_SCRIPT_BYTES {
             return Err(fault(format!("{size} bytes; {MAX_SCRIPT_BYTES} are allowed")));
         }
         let text = std::fs::read(path).map_err(|error| fault(error.to_string()))?;
-        serde_json::from_slice(&text).map_err(|error| fault(error.to_string()))
+        let script: Self =
+            serde_json::from_slice(&text).map_err(|error| fault(error.to_string()))?;
+        let kinds: HashMap<&str, ValueKind> =
+            tags.iter().map(|tag| (tag.id.as_str(), tag.kind)).collect();
+        for line in script.batches.iter().flat_map(|batch| &batch.samples) {
+            let (Some(value), Some(kind)) = (&line.value, kinds.get(line.tag.as_str())) else {
+                continue;
+            };
+            if value.to_value(*kind).is_none() {
+                let (id, kind) = (&line.tag, kind.name());
+                return Err(fault(format!(
+                    "tag '{id}' has a value that does not fit its type, {kind}"
+                )));
+            }
+        }
+        Ok(script)
     }
 
     /// Sends all batches that are due from now on; leaves out tags that are not served.
@@ -136,15 +149,20 @@ impl Script {
 
 impl Line {
     fn sample(&self, tag: &TagSpec, due: SystemTime) -> Sample {
+        let quality = match self.quality {
+            Worth::Good => Quality::Good,
+            Worth::Uncertain => Quality::Uncertain(Reason::Unknown),
+            Worth::Bad => Quality::Bad(Reason::Unknown),
+        };
+        let (value, own) = match self.value.as_ref().and_then(|value| value.to_value(tag.kind)) {
+            Some((value, own)) => (Some(value), own),
+            None => (None, Quality::Good),
+        };
         let age = self.age_millis.map(|age| (age, Duration::from_millis(age.unsigned_abs())));
         Sample {
             tag: tag.tag,
-            value: self.value.map(|value| value.to_value(tag.kind)),
-            quality: match self.quality {
-                Worth::Good => Quality::Good,
-                Worth::Uncertain => Quality::Uncertain(Reason::Unknown),
-                Worth::Bad => Quality::Bad(Reason::Unknown),
-            },
+            value,
+            quality: quality.worst(own),
             source_time: age.map(|(age, by)| if age < 0 { due + by } else { due - by }),
             flags: self.flags.iter().fold(SampleFlags::LIVE, |flags, flag| flags | flag.bits()),
         }
@@ -152,22 +170,34 @@ impl Line {
 }
 
 impl Worded {
-    fn to_value(self, kind: ValueKind) -> Value {
-        let number = match self {
-            Self::Number(number) => number,
-            Self::Word(Word::Nan) => f64::NAN,
-            Self::Word(Word::On) => 1.0,
-            Self::Word(Word::Off) => 0.0,
-        };
-        match kind {
-            ValueKind::F64 => Value::F64(number),
-            ValueKind::I64 => Value::I64(number as i64),
-            ValueKind::Bool => Value::Bool(number != 0.0),
-            ValueKind::DoublePoint => Value::DoublePoint(match self {
-                Self::Word(Word::On) => DoublePoint::On,
-                Self::Word(Word::Off) => DoublePoint::Off,
-                _ => DoublePoint::BadState,
-            }),
+    /// Makes the value of a tag, with the quality that it has of its own; `None` where it does not
+    /// fit the kind.
+    fn to_value(&self, kind: ValueKind) -> Option<(Value, Quality)> {
+        if kind == ValueKind::Text {
+            return match self {
+                Self::Text(text) => Some(text_value(text)),
+                Self::Whole(number) => Some(text_value(&number.to_string())),
+                Self::Number(_) => None,
+            };
         }
+        let (number, position) = match self {
+            Self::Whole(number) => (*number as f64, DoublePoint::BadState),
+            Self::Number(number) => (*number, DoublePoint::BadState),
+            Self::Text(word) => match word.as_str() {
+                "nan" => (f64::NAN, DoublePoint::BadState),
+                "on" => (1.0, DoublePoint::On),
+                "off" => (0.0, DoublePoint::Off),
+                _ => return None,
+            },
+        };
+        let value = match (kind, self) {
+            (ValueKind::F64, _) => Value::F64(number),
+            (ValueKind::I64, Self::Whole(number)) => Value::I64(*number),
+            (ValueKind::I64, _) => Value::I64(number as i64),
+            (ValueKind::Bool, _) => Value::Bool(number != 0.0),
+            (ValueKind::DoublePoint, _) => Value::DoublePoint(position),
+            (ValueKind::Text, _) => return None,
+        };
+        Some((value, Quality::Good))
     }
 }

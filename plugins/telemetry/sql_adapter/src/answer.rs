@@ -162,9 +162,10 @@ impl<'a> Answer<'a> {
                 let key = match row.cell(*key) {
                     Cell::Text(text) => text,
                     Cell::Int(number) => Cow::from(number.to_string()),
-                    Cell::Unusable(what) => {
-                        self.unassigned
-                            .get_or_insert_with(|| format!("the key of a row is {what}"));
+                    unusable @ (Cell::Unusable(_) | Cell::NotUtf8(_)) => {
+                        self.unassigned.get_or_insert_with(|| {
+                            format!("the key of a row is {}", unusable.name())
+                        });
                         return Ok(());
                     }
                     // No tag can have asked for it.

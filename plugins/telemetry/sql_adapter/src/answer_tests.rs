@@ -111,8 +111,8 @@ fn of_rows_with_one_key_the_newest_counts() {
         vec![text("a"), Cell::Int(value), time.map_or(Cell::Null, Cell::Int)]
     };
     let value = |rows: &[Vec<Cell<'static>>]| {
-        read(&points, &names, rows).unwrap()[0].0.value.map(|value| match value {
-            Value::F64(value) => value,
+        read(&points, &names, rows).unwrap()[0].0.value.as_ref().map(|value| match value {
+            Value::F64(value) => *value,
             other => panic!("{other:?}"),
         })
     };

@@ -12,6 +12,8 @@ pub(crate) enum Cell<'a> {
     /// A number that is no integer, or none of 64 bits.
     Float(f64),
     Text(Cow<'a, str>),
+    /// Bytes of a text that are no UTF-8.
+    NotUtf8(&'a [u8]),
     Time(SystemTime),
     /// A time without a zone, nanoseconds from 1970-01-01T00:00:00 of its clock.
     LocalTime(i64),
@@ -34,6 +36,7 @@ impl Cell<'_> {
             Self::Int(value) => format!("the integer {value}").into(),
             Self::Float(value) => format!("the number {value}").into(),
             Self::Text(text) => format!("the text '{}'", text_table::shorten(text)).into(),
+            Self::NotUtf8(_) => "a text that is not UTF-8".into(),
             Self::Time(_) => "a time".into(),
             Self::LocalTime(_) => "a timestamp without time zone".into(),
             Self::Unusable(what) => what.clone(),

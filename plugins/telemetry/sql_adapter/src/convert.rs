@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use busbar_plugin_sdk::{
-    DoublePoint, Quality, QualityLevel, Reason, Sample, SampleFlags, Value, ValueKind,
+    DoublePoint, Quality, QualityLevel, Reason, Sample, SampleFlags, Text, Value, ValueKind,
+    text_value_of_bytes,
 };
 use source_units::UnitAgreement;
 use text_table::{NumberFormat, TimeFormat, TimeReader, find_quality};
@@ -21,6 +22,10 @@ const MAX_UNIX_SECONDS: f64 = 4_133_980_799.0;
 const I64_END: f64 = 9_223_372_036_854_775_808.0;
 /// The codes of qualities (OPC Data Access 3.00, 6.8).
 const OPC_CODES: std::ops::RangeInclusive<i64> = 0..=0xFF;
+
+/// Remark on a text that is uncertain.
+const TEXT_DOUBT: &str =
+    "its text is no UTF-8 or longer than a tag's may be, 255 bytes: shorten it in the query";
 
 /// Rules by which an instance reads times: their format, and the zone of those without one.
 pub(crate) type TimeRules = Arc<TimeReader>;
@@ -74,18 +79,19 @@ impl Reading<'_> {
         if self.value == Cell::Null {
             return (bad(Reason::Sensor), doubt);
         }
-        let value = match value_of(point, &self.value) {
-            Ok(Value::F64(value)) if !value.is_finite() => {
+        let (value, own) = match value_of(point, &self.value) {
+            Ok((Value::F64(value), _)) if !value.is_finite() => {
                 return (bad(Reason::NotFinite), doubt);
             }
-            Ok(value) => value,
+            Ok(read) => read,
             Err(what) => return misfit(what),
         };
         let (agreement, remark) = self.compare_unit(point);
         if agreement == UnitAgreement::Conflicts {
             return (bad(Reason::Configuration), remark);
         }
-        let quality = match agreement.limit(quality) {
+        let remark = if own.is_good() { remark } else { Some(TEXT_DOUBT.to_owned()) };
+        let quality = match agreement.limit(quality).worst(own) {
             Quality::Good if doubt.is_some() => Quality::Uncertain(reason),
             quality => quality,
         };
@@ -112,14 +118,30 @@ impl Reading<'_> {
     }
 }
 
-/// The value of a tag.
+/// Reads the value of a tag, with the quality that it has of its own: not good where a text was
+/// cut, or is no UTF-8.
 ///
 /// # Errors
-/// What does not fit, in words.
-pub(crate) fn value_of(point: &Point, cell: &Cell<'_>) -> Result<Value, String> {
-    if let Cell::Unusable(what) = cell {
-        return Err(what.to_string());
+/// The misfit, in words.
+pub(crate) fn value_of(point: &Point, cell: &Cell<'_>) -> Result<(Value, Quality), String> {
+    match (point.kind, cell) {
+        (_, Cell::Unusable(what)) => Err(what.to_string()),
+        // The database pads texts of a fixed length with blanks.
+        (ValueKind::Text, Cell::Text(text)) => Ok(text_value_of_bytes(text.as_bytes())),
+        (ValueKind::Text, Cell::NotUtf8(bytes)) => Ok(text_value_of_bytes(bytes)),
+        (ValueKind::Text, Cell::Int(number)) => {
+            Ok((Value::Text(Text::cut(&number.to_string())), Quality::Good))
+        }
+        (ValueKind::Text, _) => Err(format!(
+            "{} is no text: cast it in the query, or correct the tag's type",
+            cell.name()
+        )),
+        _ => plain_value_of(point, cell).map(|value| (value, Quality::Good)),
     }
+}
+
+/// Reads the value of a tag that is a number or a state.
+fn plain_value_of(point: &Point, cell: &Cell<'_>) -> Result<Value, String> {
     if !point.states.is_empty() {
         return state_of(point, cell);
     }
@@ -143,6 +165,7 @@ pub(crate) fn value_of(point: &Point, cell: &Cell<'_>) -> Result<Value, String> 
             }
             _ => None,
         },
+        ValueKind::Text => None,
     };
     value.ok_or_else(|| {
         let (found, kind) = (cell.name(), name_of(point.kind));
@@ -163,6 +186,7 @@ fn parse(kind: ValueKind, text: &str) -> Option<Value> {
             let bits = whole().filter(|bits| (0..=3).contains(bits))?;
             Some(Value::DoublePoint(DoublePoint::from_bits(bits.unsigned_abs())))
         }
+        ValueKind::Text => None,
     }
 }
 
@@ -299,6 +323,7 @@ fn name_of(kind: ValueKind) -> &'static str {
         ValueKind::I64 => "integer of 64 bits",
         ValueKind::Bool => "boolean",
         ValueKind::DoublePoint => "double point",
+        ValueKind::Text => "text",
     }
 }
 

@@ -5,7 +5,7 @@ use text_table::StateWords;
 use super::*;
 
 fn point(kind: ValueKind, states: &[(&str, Value)]) -> Point {
-    let states = states.iter().map(|(name, state)| ((*name).to_owned(), *state)).collect();
+    let states = states.iter().map(|(name, state)| ((*name).to_owned(), state.clone())).collect();
     let (states, unit) = (StateWords::new(states).unwrap(), TagUnit::default());
     Point { tag: 7, id: "tag".into(), kind, states, unit }
 }
@@ -23,6 +23,7 @@ fn check_value(kind: ValueKind, cell: Cell<'_>, expected: Option<Value>) {
         unit: TagUnit::default(),
     };
     let found = value_of(&point, &cell);
+    let expected = expected.map(|value| (value, Quality::Good));
     assert_eq!(found.clone().ok(), expected, "{cell:?} as {kind:?}: {found:?}");
 }
 
@@ -70,6 +71,56 @@ fn numbers_are_taken_where_they_fit() {
 }
 
 #[test]
+fn text_tags_take_texts_and_whole_numbers() {
+    let uncertain = Quality::Uncertain(Reason::Configuration);
+    let (whole, long) = ("x".repeat(255), "x".repeat(256));
+    let cut = format!("{}…", "x".repeat(252));
+    let cases = [
+        (text("AUTO"), Some(("AUTO", Quality::Good))),
+        // As a char(8) comes.
+        (text(" AUTO   "), Some((" AUTO", Quality::Good))),
+        (text("62.50"), Some(("62.50", Quality::Good))),
+        (text(""), Some(("", Quality::Good))),
+        (text(&whole), Some((&whole, Quality::Good))),
+        (text(&long), Some((&cut, uncertain))),
+        (Cell::NotUtf8(b"AUT\xD6"), Some(("AUT\u{fffd}", uncertain))),
+        (Cell::Int(i64::MIN), Some(("-9223372036854775808", Quality::Good))),
+        (Cell::Float(7.0), None),
+        (Cell::Bool(true), None),
+        (Cell::Time(UNIX_EPOCH), None),
+        (Cell::Unusable("a blob".into()), None),
+    ];
+    let point = point(ValueKind::Text, &[]);
+    for (cell, expected) in cases {
+        let expected =
+            expected.map(|(text, quality)| (Value::Text(Text::new(text).unwrap()), quality));
+        let found = value_of(&point, &cell);
+        assert_eq!(found.clone().ok(), expected, "{cell:?}: {found:?}");
+        let reading = Reading { value: cell, quality: None, time: None, unit: Some(text("kW")) };
+        let (sample, remark) = reading.sample(&point, &rules_of_tests(None));
+        let quality = expected.as_ref().map_or(Quality::Bad(Reason::Configuration), |read| read.1);
+        assert_eq!((sample.value, sample.quality), (expected.map(|read| read.0), quality));
+        assert_eq!(remark.is_some(), !quality.is_good());
+    }
+    assert_eq!(
+        value_of(&point, &Cell::Float(7.0)).unwrap_err(),
+        "the number 7 is no text: cast it in the query, or correct the tag's type"
+    );
+    let bad = Reading {
+        value: text(&long),
+        quality: Some(Cell::Bool(false)),
+        time: Some(Cell::Null),
+        unit: None,
+    };
+    let (sample, _) = bad.sample(&point, &rules_of_tests(None));
+    assert_eq!(sample.quality, Quality::Bad(Reason::Sensor), "the worse of both");
+    // Of other tags, and in other places, such bytes are nothing.
+    assert!(value_of(&self::point(ValueKind::I64, &[]), &Cell::NotUtf8(b"\xff")).is_err());
+    assert!(quality_of(&Cell::NotUtf8(b"\xff")).is_err());
+    assert!(time_of(&Cell::NotUtf8(b"\xff"), &rules_of_tests(None)).is_err());
+}
+
+#[test]
 fn a_text_that_is_too_long_is_not_repeated() {
     let long = "x".repeat(MAX_TEXT_BYTES + 1);
     let fault = value_of(&point(ValueKind::F64, &[]), &text(&long)).unwrap_err();
@@ -86,7 +137,7 @@ fn states_are_those_of_the_address() {
             ("0", Value::DoublePoint(DoublePoint::BadState)),
         ],
     );
-    let double = |point| Ok(Value::DoublePoint(point));
+    let double = |point| Ok((Value::DoublePoint(point), Quality::Good));
     assert_eq!(value_of(&breaker, &text(" OPEN ")), double(DoublePoint::Off));
     assert_eq!(value_of(&breaker, &Cell::Int(1)), double(DoublePoint::On));
     for one in [Cell::Bool(true), Cell::Float(1.0), text("1"), text("1.0"), text("TRUE")] {
@@ -170,16 +221,16 @@ fn what_a_row_says_of_its_value_counts() {
             let reading = Reading { value, quality, time, unit: None };
             reading.sample(&point(ValueKind::F64, &[]), &rules_of_tests(None))
         };
-    let good = Sample::good(7, Value::F64(1.0));
+    let good = || Sample::good(7, Value::F64(1.0));
     let one = Cell::Int(1);
-    assert_eq!(read(one.clone(), None, None), (good, None));
+    assert_eq!(read(one.clone(), None, None), (good(), None));
     let time = UNIX_EPOCH + Duration::from_secs(5);
-    let timed = Sample { source_time: Some(time), ..good };
+    let timed = Sample { source_time: Some(time), ..good() };
     assert_eq!(read(one.clone(), None, Some(Cell::Int(5))), (timed, None));
     // A value of unknown age is not shown as certain, and that is said.
-    let uncertain = Sample { quality: Quality::Uncertain(Reason::SourceTime), ..good }
+    let uncertain = Sample { quality: Quality::Uncertain(Reason::SourceTime), ..good() }
         .with_flags(SampleFlags::TIME_UNUSABLE);
-    let dateless = Sample { quality: Quality::Uncertain(Reason::Unknown), ..uncertain };
+    let dateless = Sample { quality: Quality::Uncertain(Reason::Unknown), ..uncertain.clone() };
     assert_eq!(
         read(one.clone(), None, Some(Cell::Null)),
         (dateless, Some("time: it is NULL".into()))
@@ -194,9 +245,9 @@ fn what_a_row_says_of_its_value_counts() {
     }
     // The host judges what is of the future; it is handed on as it was read.
     let future = SystemTime::now() + Duration::from_secs(86_400);
-    let ahead = Sample { source_time: Some(future), ..good };
+    let ahead = Sample { source_time: Some(future), ..good() };
     assert_eq!(read(one.clone(), None, Some(Cell::Time(future))), (ahead, None));
-    let bad = Sample { quality: Quality::Bad(Reason::Sensor), ..good };
+    let bad = Sample { quality: Quality::Bad(Reason::Sensor), ..good() };
     assert_eq!(read(one, Some(Cell::Bool(false)), None), (bad, None));
     assert_eq!(read(Cell::Null, Some(Cell::Bool(true)), None).0, Sample::bad(7, Reason::Sensor));
     for value in [f64::NAN, f64::INFINITY] {

@@ -153,6 +153,9 @@ fn parse_one(tag: &TagSpec, queries: &[QueryConfig]) -> Result<(usize, Point, Pl
     if raw.names().any(|name| name.is_empty() || name.len() > MAX_NAME_BYTES) {
         return Err(fault(format!("a name has to have 1 to {MAX_NAME_BYTES} bytes")));
     }
+    if tag.kind == ValueKind::Text && raw.unit.is_some() {
+        return Err(fault("unit is that of numbers: remove it, or correct the tag's type".into()));
+    }
     let place = match (raw.column, raw.key) {
         (Some(value), None) => {
             Place::Column(Columns { value, quality: raw.quality, time: raw.time, unit: raw.unit })
@@ -173,8 +176,7 @@ fn parse_one(tag: &TagSpec, queries: &[QueryConfig]) -> Result<(usize, Point, Pl
             ));
         }
     };
-    let is_number = matches!(tag.kind, ValueKind::F64 | ValueKind::I64);
-    let unit = if is_number { TagUnit::new(&tag.unit) } else { TagUnit::default() };
+    let unit = if tag.kind.is_quantity() { TagUnit::new(&tag.unit) } else { TagUnit::default() };
     let states = parse_states(tag.kind, raw.states).and_then(StateWords::new).map_err(fault)?;
     Ok((query, Point { tag: tag.tag, id: tag.id.clone(), kind: tag.kind, states, unit }, place))
 }

@@ -56,7 +56,7 @@ fn tags_are_found_by_query_and_name() {
 
 #[test]
 fn addresses_at_fault_are_named_with_a_remedy() {
-    use ValueKind::{Bool, DoublePoint, F64};
+    use ValueKind::{Bool, DoublePoint, F64, Text};
     check_fault(F64, json!({"query": "none", "key": "a"}), "there is 'wide', 'long'");
     check_fault(F64, json!({"query": "wide"}), "by one of them");
     check_fault(F64, json!({"query": "wide", "key": "a", "column": "b"}), "by one of them");
@@ -67,6 +67,9 @@ fn addresses_at_fault_are_named_with_a_remedy() {
     check_fault(F64, json!("long"), "address");
     let states = |states: Value| json!({"query": "long", "key": "a", "states": states});
     check_fault(F64, states(json!({"a": 1})), "remove them");
+    check_fault(Text, states(json!({"a": "on"})), "remove them");
+    let unit = json!({"query": "wide", "column": "a", "unit": "u"});
+    check_fault(Text, unit, "unit is that of numbers: remove it");
     check_fault(Bool, states(json!({"a": "on"})), "true and false");
     check_fault(DoublePoint, states(json!({"a": true})), "\"bad_state\"");
     let many: serde_json::Map<_, _> = (0..65).map(|n| (n.to_string(), json!(true))).collect();

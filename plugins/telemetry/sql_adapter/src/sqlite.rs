@@ -207,7 +207,7 @@ impl Row for rusqlite::Row<'_> {
             Ok(ValueRef::Real(value)) => Cell::Float(value),
             Ok(ValueRef::Text(bytes)) => match std::str::from_utf8(bytes) {
                 Ok(text) => Cell::Text(Cow::from(text)),
-                Err(_) => Cell::Unusable("a text that is not UTF-8".into()),
+                Err(_) => Cell::NotUtf8(bytes),
             },
             Ok(ValueRef::Blob(_)) => {
                 Cell::Unusable("a blob, which no tag takes: cast it in the query".into())

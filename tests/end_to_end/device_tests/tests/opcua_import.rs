@@ -92,13 +92,15 @@ fn check_values(scene: &Scene, prefix: &str) {
         ("Types.UInt64", json!(5_000_000_000_i64)),
         ("Types.Float", json!(1.5)),
         ("Types.Double", json!(-2.25)),
+        ("Types.String", json!("CLOSED")),
+        ("Types.LocalizedText", json!("open")),
         ("Types.StatusCode", json!(0x800A_0000_u32)),
         ("Voltage", json!(230.5)),
     ] {
         let tag = stats.tag(&format!("{prefix}{id}"));
         assert_eq!((&tag.value, tag.quality.as_str()), (&value, "good"), "{id}");
     }
-    assert_eq!(stats.tags().count(), 26);
+    assert_eq!(stats.tags().count(), 28);
     assert!(stats.tags().all(|(_, tag)| tag.quality == "good"));
 }
 
@@ -112,7 +114,7 @@ fn what_a_server_has_is_imported_and_is_live() {
 
     let output = run(&scene, &tags, server.port).expect_code(0);
     assert!(
-        output.stderr.contains("plc: tags: 26; variables that cannot be tags: 7"),
+        output.stderr.contains("plc: tags: 28; variables that cannot be tags: 5"),
         "{}",
         output.stderr
     );
@@ -133,7 +135,7 @@ fn what_a_server_has_is_imported_and_is_live() {
     run(&scene, &list, server.port).expect_code(0);
     fs::remove_file(scene.path("scene.json")).expect("it was there");
     let output = run(&scene, &import, server.port).expect_code(0);
-    assert!(output.stdout.contains("26 tags"), "{}", output.stdout);
+    assert!(output.stdout.contains("28 tags"), "{}", output.stdout);
     let text = fs::read_to_string(scene.path("scene.json")).expect("it was written");
     scene.config = serde_json::from_str(&text).expect("it is JSON");
     finish(busbar().arg("check").arg(scene.path("scene.json"))).expect_code(0);

@@ -56,6 +56,13 @@ fn rows() -> Vec<Row> {
             json!({"table": "coil", "register": 1}),
             state("constant", 1.0),
         ),
+        (
+            "A.Mode",
+            "device",
+            "text",
+            json!({"table": "holding", "register": 20, "length": 16}),
+            moving("counter", 1.0, 3.0, 1.0),
+        ),
         ("B.Float", "station", "f64", json!({"ioa": 1}), moving("sine", 230.0, 5.0, 15.0)),
         (
             "B.Count",
@@ -123,6 +130,7 @@ fn signal((id, _, kind, _, simulate): &Row) -> Signal {
         "f64" => ValueKind::F64,
         "i64" => ValueKind::I64,
         "bool" => ValueKind::Bool,
+        "text" => ValueKind::Text,
         _ => ValueKind::DoublePoint,
     };
     let number = |name: &str| simulate[name].as_f64().unwrap_or_default();
@@ -142,6 +150,7 @@ fn is_given(row: &Row, value: &Value, from: SystemTime, to: SystemTime) -> bool 
         }
         SimulatedValue::I64(given) => value.as_i64() == Some(given),
         SimulatedValue::Bool(given) => value.as_bool() == Some(given),
+        SimulatedValue::Text(given) => value.as_str() == Some(given.as_str()),
         SimulatedValue::DoublePoint(given) => {
             let name = match given {
                 DoublePoint::Intermediate => "travelling",

@@ -11,7 +11,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "busbar_plugin.h"
+#include <busbar/overlay.h>
+#include <busbar/telemetry.h>
 
 enum { GREED = 1 << 22, MAX_TAGS = 64, FLOOD_BATCH = 4096, SLOW_AFTER_DRAWS = 3 };
 
@@ -46,10 +47,12 @@ static int fail(BusbarError *error, int status, const char *words) {
 }
 
 static BusbarSample sample(uint32_t tag, double value) {
-    BusbarSample made = {.tag = tag, .kind = BUSBAR_VALUE_F64};
-    made.source_time_unix_nanos = BUSBAR_NO_TIME;
-    memcpy(&made.value, &value, sizeof value);
-    return made;
+    return (BusbarSample){
+        .tag = tag,
+        .kind = BUSBAR_VALUE_KIND_F64,
+        .number = value,
+        .source_time_unix_nanos = BUSBAR_NO_TIME,
+    };
 }
 
 // Values as fast as they go.
@@ -124,7 +127,7 @@ static int start(const BusbarPlugin *plugin, const BusbarTagSpec *tags, size_t c
     self->count = count;
     self->sink = sink;
     atomic_store(&self->running, 1);
-    sink->report_link(sink->context, BUSBAR_LINK_UP, text("steady"));
+    sink->report_link(sink->context, BUSBAR_LINK_STATE_UP, text("steady"));
     return pthread_create(&self->thread, NULL, run, self) == 0
         ? BUSBAR_OK
         : fail(error, BUSBAR_FAILED, "no thread");
@@ -163,7 +166,7 @@ static int draw(const BusbarPlugin *plugin, const BusbarOverlayFrame *frame,
     output->text[0] = '1';
     output->text_len = 1;
     for (uint32_t i = 0; i < self->count; i++) {
-        BusbarOverlayPrimitive line = {.kind = BUSBAR_OVERLAY_LINE, .binding = i};
+        BusbarOverlayPrimitive line = {.kind = BUSBAR_PRIMITIVE_KIND_LINE, .binding = i};
         line.node = self->nodes[i];
         line.severity = frame->values[i].quality == BUSBAR_QUALITY_GOOD
             ? BUSBAR_SEVERITY_NORMAL

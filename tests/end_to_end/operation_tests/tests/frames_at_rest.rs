@@ -75,7 +75,7 @@ impl View {
     }
 
     fn set(&mut self, tag: &str, value: f64) {
-        self.viewer.set_tag(tag, &HostTagValue::from_number(value)).expect("the tag is the host's");
+        self.viewer.set_tag(tag, HostTagValue::from_number(value)).expect("the tag is the host's");
     }
 
     /// Steps once; reports whether a picture was drawn.

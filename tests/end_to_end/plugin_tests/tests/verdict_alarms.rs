@@ -78,7 +78,7 @@ impl View {
             source_time: None,
             waited: Duration::ZERO,
         };
-        self.viewer.set_tag(tag, &value).expect("it is the host's");
+        self.viewer.set_tag(tag, value).expect("it is the host's");
     }
 
     fn frame(&mut self) {

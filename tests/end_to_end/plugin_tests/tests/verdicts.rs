@@ -53,7 +53,7 @@ fn a_verdict_is_given_taken_back_and_remembered_also_while_hidden() {
     let mut viewer = Viewer::new_offscreen(loaded, options, SIZE).expect("there is a device");
     let set = |viewer: &mut Viewer, kelvins: f64, quality: Quality| {
         let value = HostTagValue { quality, ..HostTagValue::from_number(kelvins) };
-        viewer.set_tag("Oil", &value).expect("the tag is the host's");
+        viewer.set_tag("Oil", value).expect("the tag is the host's");
     };
     let started = Instant::now();
     let wait_until = |viewer: &mut Viewer, verdict: &str, was_abnormal: bool| {

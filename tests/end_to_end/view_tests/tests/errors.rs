@@ -78,8 +78,8 @@ fn a_configuration_that_names_what_is_not_there() {
 fn a_plugin_that_cannot_do_what_is_asked() {
     let cases = [
         ("/models/breaker/optimizer", json!("values"), "busbar.mesh-optimizer/1-draft"),
-        ("/overlays/0", json!("optimizer"), "busbar.overlay/1-draft"),
-        ("/tags/T1.U12/source/instance", json!("optimizer"), "busbar.telemetry/1-draft"),
+        ("/overlays/0", json!("optimizer"), "busbar.overlay/2-draft"),
+        ("/tags/T1.U12/source/instance", json!("optimizer"), "busbar.telemetry/2-draft"),
     ];
     for (pointer, value, capability) in cases {
         let mut scene = with(pointer, value);
@@ -186,7 +186,7 @@ fn a_library_that_is_no_plugin() {
 /// Returns the C source of a plugin entry of this version.
 fn entry_of_version(major: u32, minor: u32) -> String {
     format!(
-        "#include \"busbar_plugin.h\"\n\
+        "#include <busbar/plugin.h>\n\
          BUSBAR_EXPORT const BusbarPluginEntry busbar_plugin_entry = {{\n\
          .struct_size = sizeof(BusbarPluginEntry), .abi_major = {major}, .abi_minor = {minor}\n\
          }};\n"

@@ -51,10 +51,10 @@ impl SampleSink for Updates<'_> {
     #[inline(always)]
     fn take(&mut self, sample: &Sample) {
         self.table.apply(sample, |_| {});
-        if let (Some(Value::I64(published)), true) = (sample.value, sample.quality.is_good()) {
+        if let (Some(Value::I64(published)), true) = (&sample.value, sample.quality.is_good()) {
             self.taken.values += 1;
             if self.taken.values.is_multiple_of(SAMPLED) {
-                self.taken.published.push(published);
+                self.taken.published.push(*published);
             }
         }
     }

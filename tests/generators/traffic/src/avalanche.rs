@@ -51,7 +51,7 @@ pub(crate) fn measure(site: &GeneratedScene) -> Result<Avalanche> {
             gaps.push((now - last).as_secs_f64() * 1e3);
         }
     }
-    let events: Vec<Event> = viewer.events().events().copied().collect();
+    let events: Vec<Event> = viewer.events().events().cloned().collect();
     let expected = (0..made).map(|number| (number, (number % switches) as u32));
     let in_order = events.iter().map(|event| (event.number, event.change.tag.0)).eq(expected);
     let at = |event: Option<&Event>| event.and_then(|event| event.change.source_time);

@@ -45,7 +45,7 @@ pub(crate) fn measure(site: &GeneratedScene) -> Result<Latency> {
         let seen = SystemTime::now();
         frames.push(began.elapsed().as_secs_f64() * 1e3);
         let state = viewer.tags().state(TagHandle(0));
-        let is_high = state.and_then(|state| match state.value {
+        let is_high = state.as_ref().and_then(|state| match state.value {
             Some(Value::F64(value)) => Some(value > 50.0),
             _ => None,
         });

@@ -71,7 +71,7 @@ unsafe extern "C" fn check(
     tags: *const abi::BusbarTagSpec,
     tag_count: usize,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let original = sdk_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID).and_then(|t| t.check);
     let Some(check) = original else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
@@ -84,7 +84,7 @@ unsafe extern "C" fn start(
     tag_count: usize,
     sink: *const abi::BusbarSampleSink,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let original = sdk_table::<abi::BusbarTelemetry>(abi::TELEMETRY_ID);
     let Some((start, stop)) = original.and_then(|t| t.start.zip(t.stop)) else {
         return abi::BUSBAR_INTERNAL;
@@ -122,7 +122,7 @@ fn report_invalid_link(sink: *const abi::BusbarSampleSink) {
     let sink = unsafe { &*sink };
     if let Some(report) = sink.report_link {
         // SAFETY: the bytes are static.
-        unsafe { report(sink.context, abi::BUSBAR_LINK_UP, NOT_UTF8) };
+        unsafe { report(sink.context, abi::BUSBAR_LINK_STATE_UP, NOT_UTF8) };
     }
 }
 
@@ -141,7 +141,7 @@ fn publish_afterwards(sink: *const abi::BusbarSampleSink) {
             if let Some(report) = sink.report_link {
                 let text = abi::BusbarStr::from_static("still here");
                 // SAFETY: as above.
-                unsafe { report(sink.context, abi::BUSBAR_LINK_UP, text) };
+                unsafe { report(sink.context, abi::BUSBAR_LINK_STATE_UP, text) };
             }
         }
     });
@@ -153,7 +153,7 @@ unsafe extern "C" fn optimize(
     progress: *const abi::BusbarProgress,
     output: *mut abi::BusbarCollapseOutput,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let original = sdk_table::<abi::BusbarMeshOptimizer>(abi::MESH_OPTIMIZER_ID);
     let Some(optimize) = original.and_then(|t| t.optimize) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
@@ -192,7 +192,7 @@ unsafe extern "C" fn simulate(
     tag_count: usize,
     simulation: *const abi::BusbarSimulation,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let Some((start, stop)) = sdk_simulator().and_then(|t| t.start.zip(t.stop)) else {
         return abi::BUSBAR_INTERNAL;
     };
@@ -218,7 +218,7 @@ unsafe extern "C" fn simulation_status(
     plugin: *const abi::BusbarPlugin,
     into: *mut abi::BusbarSimulatorStatus,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let Some(original) = sdk_simulator().and_then(|t| t.status) else {
         return abi::BUSBAR_INTERNAL;
     };

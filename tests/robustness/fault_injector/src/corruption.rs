@@ -66,9 +66,9 @@ pub(crate) unsafe fn text(at: CallSite, output: *mut abi::BusbarTextOutput) {
 /// `into` is null or may be written.
 pub(crate) unsafe fn status(
     at: CallSite,
-    status: abi::BusbarStatus,
+    status: abi::BusbarStatusNumber,
     into: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     if active_corruption(at) != Some(Misbehavior::NotUtf8) || status != abi::BUSBAR_OK {
         return status;
     }

@@ -39,7 +39,7 @@ const fn factory(struct_size: u32) -> abi::BusbarPluginFactory {
 static FACTORY: abi::BusbarPluginFactory = factory(size_of::<abi::BusbarPluginFactory>() as u32);
 static SHORT_FACTORY: abi::BusbarPluginFactory = factory(SHORT);
 
-unsafe extern "C" fn init(_error: *mut abi::BusbarError) -> abi::BusbarStatus {
+unsafe extern "C" fn init(_error: *mut abi::BusbarError) -> abi::BusbarStatusNumber {
     inject(CallSite::Init);
     abi::BUSBAR_OK
 }

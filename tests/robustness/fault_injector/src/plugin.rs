@@ -9,6 +9,7 @@ use busbar_plugin_sdk::{
     DoublePoint, Error, Host, Judgment, LinkState, Mesh, MeshOptimizer, Overlay, OverlayFrame,
     Plugin, Progress, RecordList, Sample, SampleSink, Severity, Simulation, SimulationStatus,
     Simulator, StopToken, Streams, TagSpec, TagValue, Telemetry, Value, ValueKind, Worker, export,
+    text_value,
 };
 
 use crate::armed_fault::PLUGIN_ID;
@@ -134,6 +135,7 @@ fn value_of(kind: ValueKind, step: u32) -> Value {
         ValueKind::I64 => Value::I64(i64::from(step)),
         ValueKind::Bool => Value::Bool(step % 2 == 1),
         ValueKind::DoublePoint => Value::DoublePoint(DoublePoint::from_bits(u64::from(step))),
+        ValueKind::Text => text_value(&format!("Text {step}")).0,
     }
 }
 

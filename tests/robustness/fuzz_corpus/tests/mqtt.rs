@@ -8,8 +8,8 @@ use busbar_plugin_sdk::{TagSpec, ValueKind};
 use mqtt::probe::ClientProbe;
 use serde_json::{Value, json};
 
-const KINDS: [ValueKind; 4] =
-    [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
+const KINDS: [ValueKind; 5] =
+    [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint, ValueKind::Text];
 /// Topics of the edge node and its device, in turn, then plain topics.
 const TOPICS: [&str; 8] = [
     "spBv1.0/g/NBIRTH/e",

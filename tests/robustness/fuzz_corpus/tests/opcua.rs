@@ -2,7 +2,7 @@
 //! leaves the plugin, values are of the tags' own kinds, and no good value follows the end.
 
 use busbar_plugin_sdk::testing::{Recorder, tag_spec};
-use busbar_plugin_sdk::{Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{Quality, Reason, ValueKind};
 use opcua::probe::converse;
 use serde_json::json;
 
@@ -44,17 +44,11 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
     let mut has_value = false;
     for sample in &samples {
         let (_, kind) = NODES[sample.tag as usize];
-        match sample.value {
+        match &sample.value {
             None => assert!(!sample.quality.is_good(), "{sample:?}"),
             Some(value) => {
                 has_value = true;
-                let found = match value {
-                    Value::F64(_) => ValueKind::F64,
-                    Value::I64(_) => ValueKind::I64,
-                    Value::Bool(_) => ValueKind::Bool,
-                    Value::DoublePoint(_) => ValueKind::DoublePoint,
-                };
-                assert_eq!(found, kind, "{sample:?}");
+                assert_eq!(value.kind(), kind, "{sample:?}");
             }
         }
     }

@@ -122,10 +122,15 @@ fn is_sequence(bytes: &[u8], count: u32) -> bool {
     count > 0
 }
 
+/// Returns the type of a tag; the last one is a text.
+fn kind_of(tag: u32) -> ValueKind {
+    if tag == TAGS[2] { ValueKind::Text } else { ValueKind::F64 }
+}
+
 fn host_side() -> HostSide {
     let tags = TAGS.map(|tag| TelemetryTag {
         tag: TagHandle(tag),
-        kind: ValueKind::F64,
+        kind: kind_of(tag),
         freshness: Duration::from_secs(3),
         id: format!("tag{tag}"),
         address_json: "{}".into(),
@@ -134,7 +139,7 @@ fn host_side() -> HostSide {
     let bindings = TAGS.map(|tag| OverlayBinding {
         tag: TagHandle(tag),
         node: NODES[tag as usize % NODES.len()],
-        kind: ValueKind::F64,
+        kind: kind_of(tag),
         limit_low: None,
         limit_high: None,
         tag_id: format!("tag{tag}"),

@@ -54,7 +54,13 @@ pub fn fuzz_one(bytes: &[u8]) -> bool {
         _ => {
             let address =
                 if form == "long" { json!({ "name": "a" }) } else { json!({ "column": 2 }) };
-            let kinds = [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
+            let kinds = [
+                ValueKind::F64,
+                ValueKind::I64,
+                ValueKind::Bool,
+                ValueKind::DoublePoint,
+                ValueKind::Text,
+            ];
             let tags =
                 (0..).zip(kinds).map(|(tag, kind)| tag_spec(tag, "a", kind, address.clone()));
             (Bytes::Csv(rest.to_vec()), tags.collect())

@@ -11,8 +11,8 @@ use sql_adapter::probe::{CellInput, answer, notify, watch};
 
 const MAX_COLUMNS: usize = 8;
 const MAX_ROWS: usize = 64;
-const KINDS: [ValueKind; 4] =
-    [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint];
+const KINDS: [ValueKind; 5] =
+    [ValueKind::F64, ValueKind::I64, ValueKind::Bool, ValueKind::DoublePoint, ValueKind::Text];
 const NAMES: [&str; 8] = ["key", "value", "quality", "time", "a", "b", "a", ""];
 /// Type numbers of PostgreSQL: bool, int8, int2, int4, text, oid, float4, float8, numeric,
 /// timestamptz, timestamp, json, unknown, and none.
@@ -95,11 +95,11 @@ fn given(is_postgres: bool, of: u8, value: &[u8]) -> CellInput<'_> {
 fn check(samples: &[Sample], tags: &[TagSpec]) {
     for sample in samples {
         let tag = tags.get(sample.tag as usize).expect("it is of a known tag");
-        match sample.value {
+        match &sample.value {
             None => assert!(!sample.quality.is_good()),
             Some(value) => assert_eq!(value.kind(), tag.kind),
         }
-        if let Some(Value::F64(value)) = sample.value {
+        if let Some(Value::F64(value)) = &sample.value {
             assert!(value.is_finite());
         }
         assert!(sample.source_time.is_none_or(|time| time >= UNIX_EPOCH));
@@ -117,6 +117,7 @@ fn tags(is_keyed: bool) -> Vec<TagSpec> {
         json!({}),
         json!({ "open": false, "1": true }),
         json!({ "open": "off", "2": "on" }),
+        json!({}),
     ];
     let tags = KINDS.into_iter().zip(states).flat_map(|(kind, states)| {
         let mut address = json!({ "query": "q" });

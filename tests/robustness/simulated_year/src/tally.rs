@@ -45,18 +45,16 @@ impl Tally {
     }
 
     pub(crate) fn note_sample(&mut self, at: Duration, sample: &Sample) {
-        let bits = sample.value.map(|value| match value {
-            Value::F64(value) => value.to_bits(),
-            Value::I64(value) => value.cast_unsigned(),
-            Value::Bool(value) => value.into(),
-            Value::DoublePoint(value) => value.bits().into(),
+        let value = sample.value.as_ref().map(|value| match value {
+            Value::Text(text) => (None, Some(text)),
+            value => (value.bits(), None),
         });
         let reason = match sample.quality {
             Quality::Good => None,
             Quality::Uncertain(reason) | Quality::Bad(reason) => Some(discriminant(&reason)),
         };
         let quality = (discriminant(&sample.quality), reason);
-        self.digest(&(at, sample.tag, bits, quality, sample.source_time));
+        self.digest(&(at, sample.tag, value, quality, sample.source_time));
     }
 
     fn digest(&mut self, what: &impl Hash) {

@@ -225,7 +225,7 @@ impl<R: Rig> Year<R> {
 
     /// Checks that a sample with a time has the value that the device had then, by its own clock.
     fn check_time(&mut self, sample: &Sample, time: Duration, aheads: [i64; 2]) {
-        let (Some(value), Some(said_time)) = (sample.value, sample.source_time) else {
+        let (Some(value), Some(said_time)) = (&sample.value, sample.source_time) else {
             self.tally.untimed_samples += 1;
             return;
         };
@@ -236,7 +236,7 @@ impl<R: Rig> Year<R> {
             let age = now.duration_since(true_time);
             // Late answers queue up until the adapter has noticed.
             age.is_ok_and(|age| age <= time + R::NOTICED_AFTER)
-                && is_equal(signal.at(true_time), value, PRECISION)
+                && is_equal(&signal.at(true_time), value, PRECISION)
         });
         self.check(is_right, "values are those of their time", sample);
     }
@@ -263,7 +263,7 @@ impl<R: Rig> Year<R> {
             self.check(self.link == LinkState::Up, "the link is up", &self.link);
             let now = SimulatedTime::of_device();
             self.check_all("tags are good and as they are", |signal, sample| {
-                let value = sample.filter(|s| s.quality.is_good()).and_then(|s| s.value);
+                let value = sample.filter(|s| s.quality.is_good()).and_then(|s| s.value.as_ref());
                 value.is_some_and(|value| is_current::<R>(signal, value, now))
             });
             let tasks = Handle::current().metrics().num_alive_tasks();
@@ -314,16 +314,16 @@ fn start_adapter<R: Rig>(rig: &R, recorder: &Recorder, network: &MemoryNetwork) 
 }
 
 /// Reports whether a value is one that the signal had within the greatest age.
-fn is_current<R: Rig>(signal: &Signal, value: Value, now: SystemTime) -> bool {
+fn is_current<R: Rig>(signal: &Signal, value: &Value, now: SystemTime) -> bool {
     if let Some(slope) = signal.max_slope() {
-        return is_equal(signal.at(now), value, slope * R::MAX_AGE.as_secs_f64() + PRECISION);
+        return is_equal(&signal.at(now), value, slope * R::MAX_AGE.as_secs_f64() + PRECISION);
     }
     let steps = 0..=u32::try_from(R::MAX_AGE.as_secs()).unwrap_or(u32::MAX);
     let mut times = steps.map(|step| now - step * SCAN_STEP);
-    times.any(|time| is_equal(signal.at(time), value, PRECISION))
+    times.any(|time| is_equal(&signal.at(time), value, PRECISION))
 }
 
-fn is_equal(expected: Value, found: Value, tolerance: f64) -> bool {
+fn is_equal(expected: &Value, found: &Value, tolerance: f64) -> bool {
     match (expected, found) {
         (Value::F64(expected), Value::F64(found)) => (expected - found).abs() <= tolerance,
         _ => expected == found,

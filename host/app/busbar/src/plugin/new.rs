@@ -12,8 +12,8 @@ use crate::output;
 
 /// Path of the SDK in the sources that this program was built from.
 const BUILT_FROM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../plugins/sdk/sdk");
-/// Path of the header, from the SDK.
-const HEADER: &str = "../abi/include/busbar_plugin.h";
+/// Folder of the C headers, from the SDK. A project has those that it includes in `busbar/`.
+const HEADERS: &str = "../abi/include/busbar";
 /// Greatest length of a name, letters.
 const MAX_NAME: usize = 64;
 /// Greatest number of files of a template, and of folder levels.
@@ -77,7 +77,7 @@ fn sdk_folder(asked: Option<&Path>) -> anyhow::Result<PathBuf> {
              with --sdk",
         ),
     };
-    let there = folder.join("templates/any").is_dir() && folder.join(HEADER).is_file();
+    let there = folder.join("templates/any").is_dir() && folder.join(HEADERS).is_dir();
     if !there {
         bail!("'{}' is no plugin SDK; {remedy}", folder.display());
     }
@@ -105,24 +105,42 @@ fn instantiate(options: &PluginNewOptions, sdk: &Path) -> anyhow::Result<Vec<New
         read(&folder, Path::new(""), &mut files)
             .with_context(|| format!("cannot read the template '{}'", folder.display()))?;
     }
-    if options.lang == PluginLanguage::C {
-        let header = sdk.join(HEADER);
-        let text = fs::read(&header).with_context(|| format!("cannot read {header:?}"))?;
-        files.push((PathBuf::from("busbar_plugin.h"), text));
-    }
     let words = words(options, sdk)?;
     for (path, bytes) in &mut files {
         let Ok(mut text) = String::from_utf8(std::mem::take(bytes)) else {
             bail!("the template file '{}' is not UTF-8; is the SDK whole?", path.display());
         };
-        if path != Path::new("busbar_plugin.h") {
-            for (word, value) in &words {
-                text = text.replace(word, value);
-            }
+        for (word, value) in &words {
+            text = text.replace(word, value);
         }
         *bytes = text.into_bytes();
     }
+    add_headers(&sdk.join(HEADERS), &mut files)?;
     Ok(files)
+}
+
+/// Adds the headers that files of a project include, and those that they include in turn.
+fn add_headers(folder: &Path, files: &mut Vec<NewFile>) -> anyhow::Result<()> {
+    let mut at = 0;
+    while let Some((_, bytes)) = files.get(at) {
+        for name in included_headers(&String::from_utf8_lossy(bytes)) {
+            let path = Path::new("busbar").join(&name);
+            if files.iter().any(|(known, _)| *known == path) {
+                continue;
+            }
+            let header = folder.join(&name);
+            let text = fs::read(&header).with_context(|| format!("cannot read {header:?}"))?;
+            files.push((path, text));
+        }
+        at += 1;
+    }
+    Ok(())
+}
+
+/// Returns the names of the headers of the plugin ABI that a source includes.
+fn included_headers(source: &str) -> Vec<String> {
+    let names = source.lines().filter_map(|line| line.trim().strip_prefix("#include <busbar/"));
+    names.filter_map(|name| name.strip_suffix('>')).map(str::to_owned).collect()
 }
 
 /// Returns the placeholders of the templates, with their values in this project.
@@ -196,6 +214,22 @@ fn write(project: &Path, files: &[NewFile]) -> std::io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The headers of the sources that this test was built from.
+    #[test]
+    fn headers_are_added_with_those_that_they_include() {
+        let source = b"#include <stdint.h>\n#include <busbar/simulator.h>\n".to_vec();
+        let mut files = vec![(PathBuf::from("plugin.c"), source)];
+        let folder = Path::new(BUILT_FROM).join(HEADERS);
+        add_headers(&folder, &mut files).expect("all headers are there");
+        let mut names: Vec<_> = files.iter().map(|(path, _)| path.display().to_string()).collect();
+        names.sort_unstable();
+        let needed = ["plugin.h", "simulator.h", "telemetry.h", "values.h"];
+        let needed = needed.map(|name| format!("busbar/{name}"));
+        assert_eq!(names, [&needed[..], &["plugin.c".to_owned()]].concat());
+        let unknown = b"#include <busbar/nothing.h>\n".to_vec();
+        assert!(add_headers(&folder, &mut vec![(PathBuf::from("plugin.c"), unknown)]).is_err());
+    }
 
     #[test]
     fn names_are_checked() {

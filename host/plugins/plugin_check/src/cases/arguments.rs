@@ -12,9 +12,9 @@ use crate::meshes;
 use crate::probe::Probe;
 use crate::text;
 
-const OK: abi::BusbarStatus = abi::BUSBAR_OK;
-const ARGUMENT: abi::BusbarStatus = abi::BUSBAR_INVALID_ARGUMENT;
-const SETTINGS: abi::BusbarStatus = abi::BUSBAR_INVALID_SETTINGS;
+const OK: abi::BusbarStatusNumber = abi::BUSBAR_OK;
+const ARGUMENT: abi::BusbarStatusNumber = abi::BUSBAR_INVALID_ARGUMENT;
+const SETTINGS: abi::BusbarStatusNumber = abi::BUSBAR_INVALID_SETTINGS;
 /// Bytes that a plugin must leave as they are.
 const CANARY: u8 = 0xa5;
 
@@ -129,13 +129,13 @@ pub(crate) fn telemetry(probe: &Probe) -> Outcome {
     let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
     let good = TagSpecs::from_samples(&probe.request.sample.tags);
-    let one = TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]);
+    let one = TagSpecs::new([(abi::BUSBAR_VALUE_KIND_F64, "{}".to_owned())]);
     let mut odd_tag = MisalignedCopy::from_value(&one.raw[0]);
-    let mut kind = TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]);
+    let mut kind = TagSpecs::new([(abi::BUSBAR_VALUE_KIND_F64, "{}".to_owned())]);
     kind.raw[0].kind = 99;
-    let mut id = TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]);
+    let mut id = TagSpecs::new([(abi::BUSBAR_VALUE_KIND_F64, "{}".to_owned())]);
     id.raw[0].id = text::of_bytes(&[0xff; 4]);
-    let no_json = TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{\"a\":".to_owned())]);
+    let no_json = TagSpecs::new([(abi::BUSBAR_VALUE_KIND_F64, "{\"a\":".to_owned())]);
     let refused = [ARGUMENT];
     let kinds = [ARGUMENT, SETTINGS];
     // What never looks at these texts need not refuse them.

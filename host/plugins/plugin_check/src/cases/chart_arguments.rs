@@ -10,7 +10,7 @@ use crate::finding::Outcome;
 use crate::probe::Probe;
 use crate::text;
 
-const ARGUMENT: abi::BusbarStatus = abi::BUSBAR_INVALID_ARGUMENT;
+const ARGUMENT: abi::BusbarStatusNumber = abi::BUSBAR_INVALID_ARGUMENT;
 
 pub(crate) fn refused(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::CHART_ID)?;

@@ -12,7 +12,7 @@ use crate::library::sized;
 use crate::probe::Probe;
 use crate::text;
 
-const ARGUMENT: abi::BusbarStatus = abi::BUSBAR_INVALID_ARGUMENT;
+const ARGUMENT: abi::BusbarStatusNumber = abi::BUSBAR_INVALID_ARGUMENT;
 /// Bytes of a large input.
 const LARGE: usize = 3 << 20;
 /// Longest help line of a command, bytes.
@@ -117,7 +117,7 @@ fn run_on(
     probe.expect_ok(&format!("run of '{name}' with {what}"), status, &error)?;
     let code = result.exit_code;
     let fault = format!("`run` with {what} ends with the unknown exit code {code}");
-    probe.expect(code <= abi::BUSBAR_EXIT_USAGE, fault, "give a BUSBAR_EXIT_*");
+    probe.expect(code <= abi::BUSBAR_EXIT_CODE_USAGE, fault, "give a BUSBAR_EXIT_CODE_*");
     Ok(())
 }
 

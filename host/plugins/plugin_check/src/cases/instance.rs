@@ -67,7 +67,7 @@ pub(crate) fn create(probe: &Probe) -> Outcome {
             probe.expect(!hidden, fault, "list every capability, or return null");
         }
     }
-    let longer = "busbar.telemetry/1-draft-of-something-else";
+    let longer = "busbar.telemetry/2-draft-of-something-else";
     for (what, id) in [
         ("an unknown capability", abi::BusbarStr::from_static(longer)),
         ("an empty id", abi::BusbarStr { ptr: std::ptr::null(), len: 0 }),

@@ -10,7 +10,7 @@ use super::text_buffer::{TextBuffer, ask, check_required_size};
 use crate::finding::{Finding, Outcome, Stop};
 use crate::probe::Probe;
 
-const ARGUMENT: abi::BusbarStatus = abi::BUSBAR_INVALID_ARGUMENT;
+const ARGUMENT: abi::BusbarStatusNumber = abi::BUSBAR_INVALID_ARGUMENT;
 const RULES: &str = "keep the rules of the header, and of `plugins/sdk/sdk/src/notify.rs`";
 /// Run of the host that the batches are of.
 const RUN: u64 = 1_700_000_000_000_000_000;

@@ -19,7 +19,7 @@ type Optimize = unsafe extern "C" fn(
     *const abi::BusbarProgress,
     *mut abi::BusbarCollapseOutput,
     *mut abi::BusbarError,
-) -> abi::BusbarStatus;
+) -> abi::BusbarStatusNumber;
 
 /// Room for stages, as in the host.
 const STAGES: usize = 32;

@@ -15,13 +15,13 @@ type Configure = unsafe extern "C" fn(
     *const abi::BusbarBinding,
     usize,
     *mut abi::BusbarError,
-) -> abi::BusbarStatus;
+) -> abi::BusbarStatusNumber;
 type Draw = unsafe extern "C" fn(
     *const abi::BusbarPlugin,
     *const abi::BusbarOverlayFrame,
     *mut abi::BusbarOverlayOutput,
     *mut abi::BusbarError,
-) -> abi::BusbarStatus;
+) -> abi::BusbarStatusNumber;
 
 /// Primitives of one binding, bytes of text of one primitive, and of one part of it,
 /// that the host takes.
@@ -39,6 +39,8 @@ const NO_PRIMITIVE: abi::BusbarOverlayPrimitive = abi::BusbarOverlayPrimitive {
     binding: 0,
     node: 0,
     severity: 0,
+    equipment: 0,
+    entry: 0,
     caption_offset: 0,
     caption_len: 0,
     text_offset: 0,
@@ -48,7 +50,9 @@ const NO_QUANTITY: abi::BusbarOverlayQuantity = abi::BusbarOverlayQuantity {
     kind: 0xa5a5_a5a5,
     binding: 0,
     equipment: 0,
-    other: 0,
+    mechanism: 0,
+    to_equipment: 0,
+    reserved: 0,
     value: 0.0,
 };
 const NO_VERDICT: abi::BusbarOverlayVerdict = abi::BusbarOverlayVerdict {
@@ -66,10 +70,14 @@ const BASIS_A_PRIMITIVE: usize = 16;
 const VERDICTS: [u32; 3] =
     [abi::BUSBAR_VERDICT_NORMAL, abi::BUSBAR_VERDICT_ABNORMAL, abi::BUSBAR_VERDICT_UNKNOWN];
 /// Flags that tell the severity of an abnormal verdict, at most one of them at once.
-const SEVERITY_FLAGS: u32 = abi::BUSBAR_VERDICT_WARNING | abi::BUSBAR_VERDICT_PERHAPS_ALARM;
-const VERDICT_FLAGS: u32 = abi::BUSBAR_VERDICT_ASSUMED | SEVERITY_FLAGS;
-const QUANTITIES: [u32; 3] =
-    [abi::BUSBAR_QUANTITY_POSITION, abi::BUSBAR_QUANTITY_FLOW, abi::BUSBAR_QUANTITY_LEVEL];
+const SEVERITY_FLAGS: u32 =
+    abi::BUSBAR_VERDICT_FLAG_WARNING | abi::BUSBAR_VERDICT_FLAG_PERHAPS_ALARM;
+const VERDICT_FLAGS: u32 = abi::BUSBAR_VERDICT_FLAG_ASSUMED | SEVERITY_FLAGS;
+const QUANTITIES: [u32; 3] = [
+    abi::BUSBAR_QUANTITY_KIND_POSITION,
+    abi::BUSBAR_QUANTITY_KIND_FLOW,
+    abi::BUSBAR_QUANTITY_KIND_LEVEL,
+];
 const TEXTS: [&str; 4] = ["Top oil", "Öl °C µV – ×", "", LONG_NAME];
 /// Longer than a caption may be, with a character of two bytes at the very limit.
 const LONG_NAME: &str = concat!(
@@ -86,11 +94,12 @@ const ORIGINS: [u8; 5] = [
     abi::BUSBAR_ORIGIN_RECORDED,
     abi::BUSBAR_ORIGIN_TEST | abi::BUSBAR_ORIGIN_SUBSTITUTED,
 ];
-const KINDS: [u8; 4] = [
-    abi::BUSBAR_VALUE_F64,
-    abi::BUSBAR_VALUE_I64,
-    abi::BUSBAR_VALUE_BOOL,
-    abi::BUSBAR_VALUE_DOUBLE_POINT,
+const KINDS: [u8; 5] = [
+    abi::BUSBAR_VALUE_KIND_F64,
+    abi::BUSBAR_VALUE_KIND_I64,
+    abi::BUSBAR_VALUE_KIND_BOOL,
+    abi::BUSBAR_VALUE_KIND_DOUBLE_POINT,
+    abi::BUSBAR_VALUE_KIND_TEXT,
 ];
 
 pub(crate) fn functions(instance: &Instance<'_>) -> Result<(Configure, Draw), Stop> {
@@ -109,7 +118,8 @@ impl Scene {
         let limit = |index: usize, at: f64| if index.is_multiple_of(3) { f64::NAN } else { at };
         let bindings = (0..count).map(|index| abi::BusbarBinding {
             node: 5 + (index / 2) as u32 * 3,
-            kind: u32::from(KINDS[index % KINDS.len()]),
+            kind: KINDS[index % KINDS.len()],
+            reserved: [0; 3],
             limit_low: limit(index, -10.0),
             limit_high: limit(index, 10.0),
             tag_id: abi::BusbarStr::from_static("T1.TopOil"),
@@ -131,22 +141,28 @@ impl Scene {
         for index in 0..self.bindings.len() {
             let turn = index / KINDS.len() + round;
             let kind = KINDS[index % KINDS.len()];
-            let value = match kind {
-                abi::BUSBAR_VALUE_F64 => floats[turn % floats.len()].to_bits(),
-                abi::BUSBAR_VALUE_I64 => whole[turn % whole.len()] as u64,
-                abi::BUSBAR_VALUE_BOOL => (turn % 2) as u64,
-                _ => (turn % 4) as u64,
-            };
             let none = (index + round).is_multiple_of(7);
+            let kind = if none { abi::BUSBAR_VALUE_KIND_NONE } else { kind };
+            let (mut number, mut integer, mut text) = (0.0, 0, "");
+            match kind {
+                abi::BUSBAR_VALUE_KIND_F64 => number = floats[turn % floats.len()],
+                abi::BUSBAR_VALUE_KIND_I64 => integer = whole[turn % whole.len()],
+                abi::BUSBAR_VALUE_KIND_BOOL => integer = (turn % 2) as i64,
+                abi::BUSBAR_VALUE_KIND_DOUBLE_POINT => integer = (turn % 4) as i64,
+                abi::BUSBAR_VALUE_KIND_TEXT => text = ["AUTO", "gestört: Öl", ""][turn % 3],
+                _ => {}
+            }
             let quality = ((index + round) % 3) as u8;
             self.values.push(abi::BusbarTagValue {
-                kind: if none { abi::BUSBAR_VALUE_NONE } else { kind },
+                kind,
                 quality,
                 reason: if quality == 0 { 0 } else { ((index + round) % 8) as u8 },
                 origin: ORIGINS[(index + round) % ORIGINS.len()],
                 reserved: [0; 4],
-                value: if none { 0 } else { value },
+                number,
+                integer,
                 age_millis: [0, 1500, u64::MAX][(index + round) % 3],
+                text: abi::BusbarStr::from_static(text),
             });
         }
     }
@@ -256,7 +272,7 @@ impl Buffers {
             if primitive.binding as usize >= scene.bindings.len() {
                 return at(&format!("names binding {}, which is not there", primitive.binding));
             }
-            if primitive.kind == abi::BUSBAR_OVERLAY_STATE {
+            if primitive.kind == abi::BUSBAR_PRIMITIVE_KIND_STATE {
                 continue;
             }
             if !scene.bindings.iter().any(|b| b.node == primitive.node) {
@@ -266,8 +282,8 @@ impl Buffers {
                 return at(&format!("has the unknown severity {}", primitive.severity));
             }
             match primitive.kind {
-                abi::BUSBAR_OVERLAY_TINT => continue,
-                abi::BUSBAR_OVERLAY_LINE => {}
+                abi::BUSBAR_PRIMITIVE_KIND_TINT => continue,
+                abi::BUSBAR_PRIMITIVE_KIND_LINE => {}
                 other => return at(&format!("has the unknown kind {other}")),
             }
             for (offset, len) in [
@@ -325,7 +341,7 @@ impl Buffers {
                 }
                 _ => {}
             }
-            let is_assumed = verdict.flags & abi::BUSBAR_VERDICT_ASSUMED != 0;
+            let is_assumed = verdict.flags & abi::BUSBAR_VERDICT_FLAG_ASSUMED != 0;
             let needs_reason = is_assumed || verdict.verdict == abi::BUSBAR_VERDICT_UNKNOWN;
             if needs_reason && reason.trim().is_empty() {
                 return at("is unknown or assumed and has no reason");

@@ -97,7 +97,9 @@ fn read_page(probe: &Probe, instance: &Instance<'_>, wanted: PageRequest) -> Res
             let text = std::str::from_utf8(text).map_err(|_| "a text is not UTF-8")?;
             texts.push(text.to_owned());
         }
-        if row.severity > abi::BUSBAR_RECORD_CRITICAL || row.flags > abi::BUSBAR_RECORD_OPEN {
+        if row.severity > abi::BUSBAR_DEFECT_SEVERITY_CRITICAL
+            || row.flags > abi::BUSBAR_RECORD_OPEN
+        {
             return Err("a severity or flags are not those of the header");
         }
         Ok(Record { equipment: texts.remove(0), cells: texts, ..Record::default() })

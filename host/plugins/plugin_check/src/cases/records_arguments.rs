@@ -9,7 +9,7 @@ use super::text_buffer::TextBuffer;
 use crate::finding::Outcome;
 use crate::probe::Probe;
 
-const ARGUMENT: abi::BusbarStatus = abi::BUSBAR_INVALID_ARGUMENT;
+const ARGUMENT: abi::BusbarStatusNumber = abi::BUSBAR_INVALID_ARGUMENT;
 
 pub(crate) fn refused(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::RECORDS_ID)?;

@@ -26,7 +26,7 @@ impl SimulatedTags {
     pub(crate) fn new(tags: TagSpecs) -> Self {
         let raw = tags.raw.iter().map(|&spec| abi::BusbarSimulatedTag {
             spec,
-            shape: abi::BUSBAR_SHAPE_CONSTANT,
+            shape: abi::BUSBAR_SIGNAL_SHAPE_CONSTANT,
             reserved: 0,
             base: 1.0,
             amplitude: 0.0,

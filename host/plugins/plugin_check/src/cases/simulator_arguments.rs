@@ -10,9 +10,9 @@ use crate::finding::Outcome;
 use crate::probe::Probe;
 use crate::text;
 
-const OK: abi::BusbarStatus = abi::BUSBAR_OK;
-const ARGUMENT: abi::BusbarStatus = abi::BUSBAR_INVALID_ARGUMENT;
-const SETTINGS: abi::BusbarStatus = abi::BUSBAR_INVALID_SETTINGS;
+const OK: abi::BusbarStatusNumber = abi::BUSBAR_OK;
+const ARGUMENT: abi::BusbarStatusNumber = abi::BUSBAR_INVALID_ARGUMENT;
+const SETTINGS: abi::BusbarStatusNumber = abi::BUSBAR_INVALID_SETTINGS;
 
 pub(crate) fn refused(probe: &Probe) -> Outcome {
     let subject = probe.subject_with(abi::SIMULATOR_ID)?;
@@ -25,7 +25,7 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
     let mut odd_plugin = MisalignedCopy::from_value(unsafe { &*plugin });
     let odd_plugin = odd_plugin.as_mut_ptr::<abi::BusbarPlugin>().cast_const();
     let good = SimulatedTags::from_sample(probe);
-    let one = || SimulatedTags::new(TagSpecs::new([(abi::BUSBAR_VALUE_F64, "{}".to_owned())]));
+    let one = || SimulatedTags::new(TagSpecs::new([(abi::BUSBAR_VALUE_KIND_F64, "{}".to_owned())]));
     let first = one();
     let mut odd_tag = MisalignedCopy::from_value(&first.raw[0]);
     let with = |change: fn(&mut abi::BusbarSimulatedTag)| {
@@ -48,7 +48,7 @@ pub(crate) fn refused(probe: &Probe) -> Outcome {
     let no_link_faults = abi::BusbarSimulation { link_fault_count: 2, ..usual };
     let stranger = abi::BusbarSimulatedEvent {
         tag: u32::MAX,
-        kind: abi::BUSBAR_EVENT_VALUE,
+        kind: abi::BUSBAR_SIMULATED_EVENT_KIND_VALUE,
         at_seconds: 0.0,
         over_seconds: 0.0,
         value: 0.0,

@@ -37,7 +37,8 @@ impl TagSpecs {
         let raw = kinds.iter().zip(&texts).zip(FIRST_TAG..).map(|((&kind, (id, address)), tag)| {
             abi::BusbarTagSpec {
                 tag,
-                kind: u32::from(kind),
+                kind,
+                reserved: [0; 3],
                 freshness_millis: FRESHNESS_MILLIS,
                 id: abi::BusbarStr::from_borrowed(id),
                 address_json: abi::BusbarStr::from_borrowed(address),
@@ -201,7 +202,7 @@ pub(crate) fn addresses(probe: &Probe) -> Outcome {
     for address in odd {
         let shown = if address.len() > 40 { &address[..40] } else { &address };
         let what = format!("an address {shown}");
-        let tags = TagSpecs::new([(abi::BUSBAR_VALUE_F64, address.clone())]);
+        let tags = TagSpecs::new([(abi::BUSBAR_VALUE_KIND_F64, address.clone())]);
         let allowed = [abi::BUSBAR_OK, abi::BUSBAR_INVALID_SETTINGS, abi::BUSBAR_INVALID_ARGUMENT];
         let checked = table.check.map(|check| {
             let mut error = abi::BusbarError::empty();

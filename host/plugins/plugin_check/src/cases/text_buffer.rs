@@ -64,7 +64,7 @@ pub(super) fn ask<T: DeserializeOwned>(
     probe: &Probe,
     call: &str,
     max_bytes: usize,
-    ask: impl Fn(*mut abi::BusbarTextOutput, *mut abi::BusbarError) -> abi::BusbarStatus,
+    ask: impl Fn(*mut abi::BusbarTextOutput, *mut abi::BusbarError) -> abi::BusbarStatusNumber,
 ) -> Result<Option<T>, Stop> {
     let mut capacity = FIRST_BYTES;
     loop {
@@ -95,7 +95,7 @@ pub(super) fn ask<T: DeserializeOwned>(
 pub(super) fn check_required_size(
     probe: &Probe,
     call: &str,
-    ask: impl Fn(*mut abi::BusbarTextOutput, *mut abi::BusbarError) -> abi::BusbarStatus,
+    ask: impl Fn(*mut abi::BusbarTextOutput, *mut abi::BusbarError) -> abi::BusbarStatusNumber,
 ) {
     let mut error = abi::BusbarError::empty();
     let mut room = TextBuffer::with_capacity(0);

@@ -210,6 +210,7 @@ impl Host {
             } else {
                 *value as i64
             },
+            text: null(),
         };
         let tags: Vec<_> = self.tags.iter().map(tag).collect();
         // SAFETY: as the header says.

@@ -194,7 +194,7 @@ impl AlarmView<'_> {
             consequence: spec.consequence.clone(),
             response: spec.response.clone(),
             operator: None,
-            value: status.value.map(|value| value_text(value, unit.unwrap_or_default())),
+            value: status.value.as_ref().map(|value| value_text(value, unit.unwrap_or_default())),
             origin: status.origin,
             is_certain: status.is_certain,
             source: None,
@@ -275,7 +275,7 @@ impl AlarmView<'_> {
 }
 
 /// Returns a value for people, with its unit.
-fn value_text(value: Value, unit: &str) -> String {
+fn value_text(value: &Value, unit: &str) -> String {
     let text = match value {
         // Four digits are more than an instrument of a substation has.
         Value::F64(value) if value.is_finite() && value.abs() < 1e6 => {
@@ -283,6 +283,8 @@ fn value_text(value: Value, unit: &str) -> String {
             digits.trim_end_matches('0').trim_end_matches('.').to_owned()
         }
         Value::F64(value) => format!("{value:e}"),
+        Value::Text(value) if value.as_str().is_empty() => "(empty)".to_owned(),
+        Value::Text(value) => value.to_string(),
         Value::I64(value) => value.to_string(),
         Value::Bool(value) => value.to_string(),
         Value::DoublePoint(value) => value.to_string(),

@@ -122,7 +122,7 @@ impl AlarmListRows<'_> {
         else {
             return (String::new(), None);
         };
-        let value = state.value.map_or_else(|| "–".into(), value_text);
+        let value = state.value.as_ref().map_or_else(|| "–".into(), value_text);
         let value = if tag.unit.is_empty() { value } else { format!("{value} {}", tag.unit) };
         let reason = || state.quality.reason().map(|reason| reason.to_string());
         (value, (!status.is_certain).then(reason).flatten())

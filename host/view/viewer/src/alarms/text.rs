@@ -75,8 +75,8 @@ fn watch_text(TagCondition { tag, condition }: &TagCondition, tags: &TagSet) -> 
             };
             format!("{side} {at}{unit}{back}")
         }
-        Condition::Equals(value) => format!("is {}", value_text(*value)),
-        Condition::Differs(value) => format!("is not {}", value_text(*value)),
+        Condition::Equals(value) => format!("is {}", value_text(value)),
+        Condition::Differs(value) => format!("is not {}", value_text(value)),
         Condition::BadQuality => "is bad".to_owned(),
     };
     format!("{} {holds}", tag.id)
@@ -92,7 +92,7 @@ pub(super) fn record(record: &AlarmRecord, now: SourceTime) -> String {
     if let Some(until) = record.standing.shelved_until {
         words += &format!(" until {}", time(until, now));
     }
-    if let Some(value) = record.value {
+    if let Some(value) = &record.value {
         words += &format!(" at {}", value_text(value));
     }
     if let Some(reason) = &record.reason {

@@ -128,7 +128,7 @@ impl Viewer {
     ///
     /// # Errors
     /// A text: the tag does not exist or is not set by the host.
-    pub fn set_tag(&mut self, id: &str, value: &HostTagValue) -> Result<(), String> {
+    pub fn set_tag(&mut self, id: &str, value: HostTagValue) -> Result<(), String> {
         self.site.set_tag(id, value)
     }
 

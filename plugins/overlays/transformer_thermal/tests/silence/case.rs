@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use busbar_plugin_sdk::testing::host;
-use busbar_plugin_sdk::{Origin, Plugin, Quality, Reason, TagValue, Value};
+use busbar_plugin_sdk::{Origin, Plugin, Quality, Reason, TagValue, Text, Value};
 use transformer_thermal::{Parameters, TransformerThermal};
 
 use crate::common::Random;
@@ -58,18 +58,24 @@ pub(crate) enum Fault {
     BadLoad,
     NoLoad,
     ImplausibleLoad,
+    /// Text in place of the load.
+    LoadInWords,
     BadAmbient,
     ImplausibleAmbient,
+    /// Text in place of the ambient temperature.
+    AmbientInWords,
     /// Time in which nobody draws.
     NoFrame,
 }
 
-const FAULTS: [Fault; 6] = [
+const FAULTS: [Fault; 8] = [
     Fault::BadLoad,
     Fault::NoLoad,
     Fault::ImplausibleLoad,
+    Fault::LoadInWords,
     Fault::BadAmbient,
     Fault::ImplausibleAmbient,
+    Fault::AmbientInWords,
     Fault::NoFrame,
 ];
 
@@ -167,6 +173,10 @@ impl Case {
     }
 }
 
+fn text(word: &str) -> Option<Value> {
+    Text::new(word).map(Value::Text)
+}
+
 impl Instant {
     /// Values of load, ambient temperature and top oil.
     pub(crate) fn values(&self, top_oil: f64) -> [TagValue; 3] {
@@ -186,6 +196,8 @@ impl Instant {
             Some(Fault::ImplausibleLoad) => values[0].value = Some(Value::F64(-5.0)),
             Some(Fault::BadAmbient) => values[1].quality = Quality::Bad(Reason::Stale),
             Some(Fault::ImplausibleAmbient) => values[1].value = Some(Value::F64(850.0)),
+            Some(Fault::LoadInWords) => values[0].value = text("50"),
+            Some(Fault::AmbientInWords) => values[1].value = text("20"),
             Some(Fault::NoFrame) | None => {}
         }
         values
@@ -193,8 +205,9 @@ impl Instant {
 
     /// Reports of load and ambient temperature whether they are seen.
     pub(crate) fn is_seen(&self) -> [bool; 2] {
-        let hides_load = [Fault::BadLoad, Fault::NoLoad, Fault::ImplausibleLoad];
-        let hides_ambient = [Fault::BadAmbient, Fault::ImplausibleAmbient];
+        let hides_load =
+            [Fault::BadLoad, Fault::NoLoad, Fault::ImplausibleLoad, Fault::LoadInWords];
+        let hides_ambient = [Fault::BadAmbient, Fault::ImplausibleAmbient, Fault::AmbientInWords];
         let is_hidden = |of: &[Fault]| self.fault.is_some_and(|fault| of.contains(&fault));
         [!is_hidden(&hides_load), !is_hidden(&hides_ambient)]
     }

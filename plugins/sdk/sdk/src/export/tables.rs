@@ -22,7 +22,7 @@ pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
         progress: *const abi::BusbarProgress,
         output: *mut abi::BusbarCollapseOutput,
         error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
+    ) -> abi::BusbarStatusNumber {
         // SAFETY: the host passes what `create` made, and valid pointers.
         unsafe {
             guard(error, || {
@@ -44,14 +44,14 @@ pub const fn mesh_optimizer<P: MeshOptimizer>() -> Capability {
     )
 }
 
-/// Creates the table of `busbar.telemetry/1-draft` for a type.
+/// Creates the table of `busbar.telemetry/2-draft` for a type.
 pub const fn telemetry<P: Telemetry>() -> Capability {
     unsafe extern "C" fn check<P: Telemetry>(
         plugin: *const abi::BusbarPlugin,
         tags: *const abi::BusbarTagSpec,
         tag_count: usize,
         error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
+    ) -> abi::BusbarStatusNumber {
         // SAFETY: the host passes what `create` made, and valid pointers.
         unsafe {
             guard(error, || {
@@ -67,7 +67,7 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
         tag_count: usize,
         sink: *const abi::BusbarSampleSink,
         error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
+    ) -> abi::BusbarStatusNumber {
         let mut opened = None;
         // SAFETY: the host passes what `create` made, and valid pointers; the
         // sink stays valid until `stop` returns, which closes it first.
@@ -124,14 +124,14 @@ pub const fn telemetry<P: Telemetry>() -> Capability {
     )
 }
 
-/// Creates the table of `busbar.overlay/1-draft` for a type.
+/// Creates the table of `busbar.overlay/2-draft` for a type.
 pub const fn overlay<P: Overlay>() -> Capability {
     unsafe extern "C" fn configure<P: Overlay>(
         plugin: *const abi::BusbarPlugin,
         bindings: *const abi::BusbarBinding,
         binding_count: usize,
         error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
+    ) -> abi::BusbarStatusNumber {
         // SAFETY: the host passes what `create` made, and valid pointers.
         unsafe {
             guard(error, || {
@@ -149,7 +149,7 @@ pub const fn overlay<P: Overlay>() -> Capability {
         frame: *const abi::BusbarOverlayFrame,
         output: *mut abi::BusbarOverlayOutput,
         error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
+    ) -> abi::BusbarStatusNumber {
         // SAFETY: the host passes what `create` made, and valid pointers.
         unsafe {
             guard(error, || {
@@ -164,7 +164,7 @@ pub const fn overlay<P: Overlay>() -> Capability {
         plugin: *const abi::BusbarPlugin,
         description: *mut abi::BusbarOverlayDescription,
         error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
+    ) -> abi::BusbarStatusNumber {
         // SAFETY: the host passes what `create` made, and a description of its own.
         unsafe {
             guard(error, || {
@@ -200,7 +200,7 @@ pub const fn simulator<P: Simulator>() -> Capability {
         tag_count: usize,
         simulation: *const abi::BusbarSimulation,
         error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
+    ) -> abi::BusbarStatusNumber {
         let mut begun = None;
         // SAFETY: the host passes what `create` made, and valid pointers.
         let status = unsafe {
@@ -234,7 +234,7 @@ pub const fn simulator<P: Simulator>() -> Capability {
         plugin: *const abi::BusbarPlugin,
         status: *mut abi::BusbarSimulatorStatus,
         error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
+    ) -> abi::BusbarStatusNumber {
         // SAFETY: the host passes what `create` made, and a status of its own.
         unsafe {
             guard(error, || {
@@ -299,7 +299,7 @@ pub const fn command<P: Command>() -> Capability {
         streams: *const abi::BusbarCommandStreams,
         result: *mut abi::BusbarCommandResult,
         error: *mut abi::BusbarError,
-    ) -> abi::BusbarStatus {
+    ) -> abi::BusbarStatusNumber {
         // SAFETY: the host passes what `create` made, and valid pointers.
         unsafe {
             guard(error, || {
@@ -335,7 +335,7 @@ macro_rules! capability_tables {
                 plugin: *const abi::BusbarPlugin,
                 $($argument: $type,)*
                 error: *mut abi::BusbarError,
-            ) -> abi::BusbarStatus {
+            ) -> abi::BusbarStatusNumber {
                 // SAFETY: the host passes what `create` made, and valid pointers.
                 unsafe {
                     guard(error, || {

@@ -6,7 +6,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use busbar_types::SignalShape;
 
 use super::{Scenario, draw, mix, unit};
-use crate::{DoublePoint, Error, Value, ValueKind};
+use crate::{DoublePoint, Error, Text, Value, ValueKind};
 
 /// Longest travel time of a switch.
 const MAX_TRAVEL: Duration = Duration::from_secs(2);
@@ -63,8 +63,8 @@ impl Signal {
     /// # Errors
     /// [`Error::settings`] when values of the kind cannot move so.
     pub fn new(seed: u64, id: &str, kind: ValueKind, behavior: Behavior) -> Result<Self, Error> {
-        let is_state = matches!(kind, ValueKind::Bool | ValueKind::DoublePoint);
-        if is_state && !matches!(behavior.shape, SignalShape::Constant | SignalShape::Steps) {
+        if kind.is_state() && !matches!(behavior.shape, SignalShape::Constant | SignalShape::Steps)
+        {
             return Err(Error::settings(format!(
                 "tag '{id}': a bool or double point is constant or moves in steps"
             )));
@@ -84,7 +84,7 @@ impl Signal {
         let most = match self.kind {
             ValueKind::Bool => Some(1.0),
             ValueKind::DoublePoint => Some(3.0),
-            ValueKind::F64 | ValueKind::I64 => None,
+            ValueKind::F64 | ValueKind::I64 | ValueKind::Text => None,
         };
         let is_state = |(value, over): (f64, Duration)| {
             most.is_none_or(|most| {
@@ -104,7 +104,8 @@ impl Signal {
         self.kind
     }
 
-    /// Computes the value at an instant, independent of earlier calls.
+    /// Computes the value at an instant, independent of earlier calls. That of a text is `Text` and
+    /// the number of its signal, rounded.
     pub fn at(&self, time: SystemTime) -> Value {
         let told =
             self.scenario.as_ref().and_then(|scenario| scenario.at(time, |at| self.own_at(at)));
@@ -114,6 +115,7 @@ impl Signal {
                 ValueKind::I64 => Value::I64(told.round() as i64),
                 ValueKind::Bool => Value::Bool(told != 0.0),
                 ValueKind::DoublePoint => Value::DoublePoint(DoublePoint::from_bits(told as u64)),
+                ValueKind::Text => Value::Text(numbered_text(told)),
             };
         }
         match self.kind {
@@ -121,6 +123,7 @@ impl Signal {
             ValueKind::I64 => Value::I64(self.number_at(time).round() as i64),
             ValueKind::Bool => Value::Bool(self.is_on_at(time)),
             ValueKind::DoublePoint => Value::DoublePoint(self.position_at(time)),
+            ValueKind::Text => Value::Text(numbered_text(self.number_at(time))),
         }
     }
 
@@ -158,7 +161,7 @@ impl Signal {
     /// ramp them.
     fn own_at(&self, time: SystemTime) -> f64 {
         match self.kind {
-            ValueKind::F64 | ValueKind::I64 => self.number_at(time),
+            ValueKind::F64 | ValueKind::I64 | ValueKind::Text => self.number_at(time),
             ValueKind::Bool | ValueKind::DoublePoint => self.behavior.base,
         }
     }
@@ -221,6 +224,11 @@ impl Signal {
     fn is_on(&self, period: u64) -> bool {
         draw(self.key, period) >> 63 == 1
     }
+}
+
+/// Makes the text that a simulated text tag has for a number of its signal.
+fn numbered_text(number: f64) -> Text {
+    Text::cut(&format!("Text {}", number.round() as i64))
 }
 
 #[cfg(test)]

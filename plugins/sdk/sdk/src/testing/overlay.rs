@@ -167,10 +167,11 @@ fn read_verdict(raw: &abi::BusbarOverlayVerdict, text: &[u8], basis: &[u32]) -> 
         reason: String::from_utf8_lossy(&text[range(raw.reason_offset, raw.reason_len)])
             .into_owned(),
         severity: VerdictSeverity::from_bounds(
-            raw.flags & (abi::BUSBAR_VERDICT_WARNING | abi::BUSBAR_VERDICT_PERHAPS_ALARM) == 0,
-            raw.flags & abi::BUSBAR_VERDICT_WARNING == 0,
+            raw.flags & (abi::BUSBAR_VERDICT_FLAG_WARNING | abi::BUSBAR_VERDICT_FLAG_PERHAPS_ALARM)
+                == 0,
+            raw.flags & abi::BUSBAR_VERDICT_FLAG_WARNING == 0,
         ),
-        is_assumed: raw.flags & abi::BUSBAR_VERDICT_ASSUMED != 0,
+        is_assumed: raw.flags & abi::BUSBAR_VERDICT_FLAG_ASSUMED != 0,
         basis: basis[range(raw.basis_offset, raw.basis_count)]
             .iter()
             .map(|binding| *binding as usize)
@@ -179,26 +180,28 @@ fn read_verdict(raw: &abi::BusbarOverlayVerdict, text: &[u8], basis: &[u32]) -> 
 }
 
 fn read_quantity(quantity: &abi::BusbarOverlayQuantity) -> DrawnQuantity {
-    let abi::BusbarOverlayQuantity { kind, binding, equipment, other, value } = *quantity;
-    let [binding, equipment, other] = [binding, equipment, other].map(|index| index as usize);
+    let &abi::BusbarOverlayQuantity { kind, binding, equipment, value, .. } = quantity;
+    let [binding, equipment, mechanism, to] =
+        [binding, equipment, quantity.mechanism, quantity.to_equipment].map(|index| index as usize);
     match kind {
-        abi::BUSBAR_QUANTITY_POSITION => {
-            DrawnQuantity::Position([binding, equipment, other], (!value.is_nan()).then_some(value))
+        abi::BUSBAR_QUANTITY_KIND_POSITION => {
+            let travelled = (!value.is_nan()).then_some(value);
+            DrawnQuantity::Position([binding, equipment, mechanism], travelled)
         }
-        abi::BUSBAR_QUANTITY_FLOW => DrawnQuantity::Flow([binding, equipment, other], value),
+        abi::BUSBAR_QUANTITY_KIND_FLOW => DrawnQuantity::Flow([binding, equipment, to], value),
         _ => DrawnQuantity::Level([binding, equipment], value),
     }
 }
 
 fn read(primitive: &abi::BusbarOverlayPrimitive, text: &[u8], into: &mut Drawing) {
-    if primitive.kind == abi::BUSBAR_OVERLAY_STATE {
+    if primitive.kind == abi::BUSBAR_PRIMITIVE_KIND_STATE {
         let [equipment, entry, binding] =
-            [primitive.node, primitive.severity, primitive.binding].map(|index| index as usize);
+            [primitive.equipment, primitive.entry, primitive.binding].map(|index| index as usize);
         into.states.push(DrawnState { equipment, entry, binding });
         return;
     }
     let severity = Severity::from_code(primitive.severity).unwrap_or(Severity::Alarm);
-    if primitive.kind == abi::BUSBAR_OVERLAY_TINT {
+    if primitive.kind == abi::BUSBAR_PRIMITIVE_KIND_TINT {
         into.tints.push((primitive.node, severity));
         return;
     }
@@ -215,10 +218,21 @@ fn read(primitive: &abi::BusbarOverlayPrimitive, text: &[u8], into: &mut Drawing
 }
 
 fn value_to_abi(value: &TagValue) -> abi::BusbarTagValue {
-    let (kind, bits) = abi::value_codes(value.value);
+    let abi::ValueFields { kind, number, integer, text } =
+        abi::ValueFields::new(value.value.as_ref());
     let (quality, reason) = value.quality.codes();
     let age_millis = value.age.as_millis() as u64;
     let origin = abi::flags_of_origin(value.origin);
     let reserved = [0; 4];
-    abi::BusbarTagValue { kind, quality, reason, origin, reserved, value: bits, age_millis }
+    abi::BusbarTagValue {
+        kind,
+        quality,
+        reason,
+        origin,
+        reserved,
+        number,
+        integer,
+        age_millis,
+        text,
+    }
 }

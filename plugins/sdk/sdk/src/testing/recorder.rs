@@ -25,7 +25,7 @@ pub struct Recording {
 impl Recording {
     /// Returns the newest sample of a tag.
     pub fn latest(&self, tag: u32) -> Option<Sample> {
-        self.samples.iter().rfind(|s| s.tag == tag).copied()
+        self.samples.iter().rfind(|s| s.tag == tag).cloned()
     }
 
     /// Returns the values of all samples that have one, with their tags, in order.
@@ -35,8 +35,8 @@ impl Recording {
     #[track_caller]
     pub fn integers(&self) -> Vec<(u32, i64)> {
         assert!(self.samples.len() < MAX_RECORDED, "older samples may be gone");
-        let integer = |sample: &Sample| match sample.value? {
-            Value::I64(value) => Some((sample.tag, value)),
+        let integer = |sample: &Sample| match sample.value.as_ref()? {
+            Value::I64(value) => Some((sample.tag, *value)),
             other => panic!("{other:?} of tag {}", sample.tag),
         };
         self.samples.iter().filter_map(integer).collect()
@@ -167,7 +167,8 @@ unsafe extern "C" fn publish(
     };
     let mut recording = shared.lock();
     for sample in samples {
-        push(&mut recording.samples, from_abi(sample));
+        // SAFETY: `SampleSink::publish` gives texts that live for the call.
+        push(&mut recording.samples, unsafe { from_abi(sample) });
     }
     shared.changed.notify_all();
     count
@@ -179,8 +180,8 @@ unsafe extern "C" fn report_link(context: *mut c_void, state: u32, message: abi:
     // SAFETY: `SampleSink::report_link` gives a text that lives for the call.
     let message = unsafe { crate::boundary::text(message) }.unwrap_or("not UTF-8");
     let state = match state {
-        abi::BUSBAR_LINK_UP => LinkState::Up,
-        abi::BUSBAR_LINK_DOWN => LinkState::Down,
+        abi::BUSBAR_LINK_STATE_UP => LinkState::Up,
+        abi::BUSBAR_LINK_STATE_DOWN => LinkState::Down,
         _ => LinkState::Connecting,
     };
     push(&mut shared.lock().links, (state, message.to_owned()));
@@ -194,11 +195,15 @@ fn push<T>(queue: &mut VecDeque<T>, item: T) {
     queue.push_back(item);
 }
 
-fn from_abi(sample: &abi::BusbarSample) -> Sample {
+/// # Safety
+/// The text of the sample is null or readable for its length.
+unsafe fn from_abi(sample: &abi::BusbarSample) -> Sample {
     let nanos = sample.source_time_unix_nanos;
+    let &abi::BusbarSample { kind, number, integer, text, .. } = sample;
     Sample {
         tag: sample.tag,
-        value: read_value(sample.kind, sample.value),
+        // SAFETY: as the caller vouches.
+        value: unsafe { read_value(abi::ValueFields { kind, number, integer, text }) },
         quality: read_quality(sample.quality, sample.reason),
         source_time: (nanos != abi::BUSBAR_NO_TIME).then(|| system_time(nanos)),
         flags: SampleFlags::from_bits(sample.flags),
@@ -213,7 +218,7 @@ fn system_time(unix_nanos: i64) -> SystemTime {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DoublePoint, Reason};
+    use crate::{DoublePoint, Reason, Text};
 
     #[test]
     fn samples_survive_the_abi() {
@@ -223,6 +228,8 @@ mod tests {
             Sample::good(2, Value::I64(-7)),
             Sample::good(3, Value::Bool(true)),
             Sample::good(4, Value::DoublePoint(DoublePoint::On)),
+            Sample::good(8, Value::Text(Text::new("AUTO").unwrap())),
+            Sample::good(9, Value::Text(Text::new("").unwrap())),
             Sample::bad(5, Reason::Configuration),
             Sample {
                 source_time: Some(UNIX_EPOCH + Duration::from_nanos(1_700_000_000_123_456_789)),

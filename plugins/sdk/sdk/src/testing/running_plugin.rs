@@ -47,7 +47,9 @@ impl<P: Telemetry> RunningPlugin<P> {
     /// When it has not in time.
     #[track_caller]
     pub fn wait_for(&self, tag: u32, value: Value) {
-        self.wait("value", tag, |sample| sample.value == Some(value) && sample.quality.is_good());
+        self.wait("value", tag, |sample| {
+            sample.value.as_ref() == Some(&value) && sample.quality.is_good()
+        });
     }
 
     /// Waits until a tag is bad for this reason.

@@ -8,7 +8,7 @@
 use std::time::Duration;
 
 use super::{Drawing, FaultGenerator};
-use crate::{Origin, Quality, Reason, TagValue, Value, Verdict};
+use crate::{Origin, Quality, Reason, TagValue, Text, Value, ValueKind, Verdict};
 
 /// Environment variable with the number of cases of each silence test.
 pub const SILENCE_CASES_VARIABLE: &str = "BUSBAR_SILENCE_CASES";
@@ -18,6 +18,8 @@ const DEFAULT_CASES: u64 = 2_000;
 const FAULT_RARITY: usize = 3;
 /// Oldest value that is made, milliseconds.
 const MAX_AGE_MILLIS: usize = 100_000;
+/// Texts that come where a number or a state is expected, and may be mistaken for one.
+const WORDS: [&str; 5] = ["", "20", "0", "on", "AUTO"];
 
 /// Reads the number of cases of a silence test from the environment.
 pub fn silence_cases() -> u64 {
@@ -80,6 +82,7 @@ impl InputGenerator {
     pub fn input(&mut self, value: Value) -> (TagValue, Option<InputFault>) {
         let fault = self.one_in(FAULT_RARITY).then(|| self.choice(&InputFault::ALL));
         let age = Duration::from_millis(self.below(MAX_AGE_MILLIS) as u64);
+        let kind = value.kind();
         let good =
             TagValue { value: Some(value), quality: Quality::Good, age, origin: Origin::LIVE };
         let reasons = [Reason::Communication, Reason::Sensor, Reason::Stale, Reason::Unknown];
@@ -96,14 +99,26 @@ impl InputGenerator {
                 TagValue { value: Some(Value::F64(value)), ..good }
             }
             Some(InputFault::WrongKind) => {
-                let other = match value {
-                    Value::Bool(_) | Value::DoublePoint(_) => Value::F64(1.0),
-                    Value::F64(_) | Value::I64(_) => Value::Bool(true),
-                };
-                TagValue { value: Some(other), ..good }
+                TagValue { value: Some(self.value_of_other_kind(kind)), ..good }
             }
         };
         (of, fault)
+    }
+
+    /// Returns a value of another kind: a state for a number, a number for a state, a text for either.
+    fn value_of_other_kind(&mut self, kind: ValueKind) -> Value {
+        let is_text = kind != ValueKind::Text && self.one_in(2);
+        if let Some(text) = is_text.then(|| Text::new(self.choice(&WORDS))).flatten() {
+            return Value::Text(text);
+        }
+        match kind {
+            ValueKind::Bool | ValueKind::DoublePoint => Value::F64(1.0),
+            ValueKind::F64 | ValueKind::I64 => Value::Bool(true),
+            ValueKind::Text => match self.one_in(2) {
+                true => Value::Bool(true),
+                false => Value::I64(1),
+            },
+        }
     }
 }
 
@@ -178,6 +193,8 @@ fn has_negative_zero(text: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
@@ -192,6 +209,26 @@ mod tests {
             assert!(of(7).contains(&Some(fault)), "{fault:?}");
         }
         assert!(of(7).iter().filter(|fault| fault.is_none()).count() > 100);
+    }
+
+    #[test]
+    fn wrong_kinds_are_states_numbers_and_texts() {
+        let kinds = |value: Value| {
+            let mut inputs = InputGenerator::new(1);
+            let inputs = std::iter::repeat_with(|| inputs.input(value.clone()));
+            let wrong = inputs.filter(|(_, fault)| *fault == Some(InputFault::WrongKind));
+            let kinds = wrong.take(40).filter_map(|(tag, _)| tag.value.map(|of| of.kind().code()));
+            kinds.collect::<BTreeSet<_>>().into_iter().filter_map(ValueKind::from_code).collect()
+        };
+        let check = |value, expected: &[ValueKind]| {
+            let found: Vec<ValueKind> = kinds(value);
+            assert_eq!(found, expected);
+        };
+        use ValueKind::{Bool, F64, I64};
+        check(Value::F64(1.5), &[Bool, ValueKind::Text]);
+        check(Value::I64(1), &[Bool, ValueKind::Text]);
+        check(Value::Bool(true), &[F64, ValueKind::Text]);
+        check(Value::Text(Text::new("AUTO").unwrap()), &[I64, Bool]);
     }
 
     #[test]

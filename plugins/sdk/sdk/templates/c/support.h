@@ -3,7 +3,7 @@
 #ifndef SUPPORT_H
 #define SUPPORT_H
 
-#include <busbar_plugin.h>
+#include <busbar/plugin.h>
 
 #include <stdarg.h>
 #include <stdio.h>

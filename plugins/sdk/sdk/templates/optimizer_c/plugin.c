@@ -2,6 +2,8 @@
 
 #include "support.h"
 
+#include <busbar/mesh_optimizer.h>
+
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>

@@ -3,6 +3,8 @@
 
 #include "support.h"
 
+#include <busbar/overlay.h>
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -124,21 +126,24 @@ static BusbarStatus describe(const BusbarPlugin *plugin, BusbarOverlayDescriptio
 static size_t format(const BusbarTagValue *value, const Binding *binding, char *into) {
     static const char *const POSITIONS[] = {"travelling", "open", "closed", "invalid"};
     int unit = (int)binding->unit_len, len;
-    double number;
     switch (value->kind) {
-    case BUSBAR_VALUE_F64:
-        memcpy(&number, &value->value, sizeof number);
-        number += 0.0; /* no "-0" */
-        len = snprintf(into, MAX_PART, "%.4g %.*s", number, unit, binding->unit);
+    case BUSBAR_VALUE_KIND_F64:
+        /* Plus 0: no "-0". */
+        len = snprintf(into, MAX_PART, "%.4g %.*s", value->number + 0.0, unit, binding->unit);
         break;
-    case BUSBAR_VALUE_I64:
-        len = snprintf(into, MAX_PART, "%" PRId64 " %.*s", (int64_t)value->value, unit, binding->unit);
+    case BUSBAR_VALUE_KIND_I64:
+        len = snprintf(into, MAX_PART, "%" PRId64 " %.*s", value->integer, unit, binding->unit);
         break;
-    case BUSBAR_VALUE_BOOL:
-        len = snprintf(into, MAX_PART, "%s", value->value ? "on" : "off");
+    case BUSBAR_VALUE_KIND_BOOL:
+        len = snprintf(into, MAX_PART, "%s", value->integer ? "on" : "off");
         break;
-    case BUSBAR_VALUE_DOUBLE_POINT:
-        len = snprintf(into, MAX_PART, "%s", POSITIONS[value->value & 3]);
+    case BUSBAR_VALUE_KIND_DOUBLE_POINT:
+        len = snprintf(into, MAX_PART, "%s", POSITIONS[value->integer & 3]);
+        break;
+    case BUSBAR_VALUE_KIND_TEXT:
+        len = value->text.len == 0 ? snprintf(into, MAX_PART, "(empty)")
+                                   : snprintf(into, MAX_PART, "%.*s", (int)value->text.len,
+                                              (const char *)value->text.ptr);
         break;
     default:
         len = snprintf(into, MAX_PART, "-");
@@ -149,18 +154,18 @@ static size_t format(const BusbarTagValue *value, const Binding *binding, char *
 /* The number of a value; 0 if it is none. */
 static int read_number(const BusbarTagValue *value, double *number) {
     switch (value->kind) {
-    case BUSBAR_VALUE_F64:
-        memcpy(number, &value->value, sizeof *number);
+    case BUSBAR_VALUE_KIND_F64:
+        *number = value->number;
         return 1;
-    case BUSBAR_VALUE_I64:
-        *number = (double)(int64_t)value->value;
+    case BUSBAR_VALUE_KIND_I64:
+        *number = (double)value->integer;
         return 1;
     default:
         return 0;
     }
 }
 
-static uint32_t judge(const BusbarTagValue *value, const Binding *binding) {
+static BusbarSeverity judge(const BusbarTagValue *value, const Binding *binding) {
     double number;
     if (!read_number(value, &number)) {
         return BUSBAR_SEVERITY_NORMAL;
@@ -195,7 +200,7 @@ static int draw_binding(const Binding *binding, uint32_t index, const BusbarTagV
     char text[MAX_PART];
     size_t len = format(value, binding, text);
     BusbarOverlayPrimitive line = {
-        .kind = BUSBAR_OVERLAY_LINE,
+        .kind = BUSBAR_PRIMITIVE_KIND_LINE,
         .binding = index,
         .node = binding->node,
         .severity = judge(value, binding),
@@ -208,7 +213,7 @@ static int draw_binding(const Binding *binding, uint32_t index, const BusbarTagV
         !add(output, line)) {
         return 0;
     }
-    BusbarOverlayPrimitive tint = {.kind = BUSBAR_OVERLAY_TINT,
+    BusbarOverlayPrimitive tint = {.kind = BUSBAR_PRIMITIVE_KIND_TINT,
                                    .binding = index,
                                    .node = binding->node,
                                    .severity = line.severity};
@@ -224,7 +229,7 @@ static int add_basis(BusbarOverlayOutput *output, size_t binding) {
 }
 
 /* The verdict of a value with limits. What is not known is unknown, never normal. */
-static uint32_t verdict_of(const BusbarTagValue *value, const Binding *binding) {
+static BusbarVerdict verdict_of(const BusbarTagValue *value, const Binding *binding) {
     double number;
     if (value->quality != BUSBAR_QUALITY_GOOD || !read_number(value, &number) ||
         !isfinite(number)) {
@@ -250,7 +255,7 @@ static int judge_piece(const Instance *self, size_t piece, const BusbarTagValue 
         if (isnan(binding->limit_low) && isnan(binding->limit_high)) {
             continue;
         }
-        uint32_t own = verdict_of(&values[i], binding);
+        BusbarVerdict own = verdict_of(&values[i], binding);
         has_limits = 1;
         if (own == BUSBAR_VERDICT_ABNORMAL ||
             (own == BUSBAR_VERDICT_UNKNOWN && verdict.verdict == BUSBAR_VERDICT_NORMAL)) {
@@ -274,7 +279,7 @@ static int judge_piece(const Instance *self, size_t piece, const BusbarTagValue 
             return 0;
         }
     } else if (!has_limits) {
-        verdict.flags = BUSBAR_VERDICT_ASSUMED;
+        verdict.flags = BUSBAR_VERDICT_FLAG_ASSUMED;
         len = snprintf(reason, sizeof reason, "assumed: no limits are configured");
     }
     verdict.reason_len = len < 0 ? 0 : (uint32_t)len;

@@ -5,24 +5,22 @@
 #undef NDEBUG
 #include <assert.h>
 
-static void check(double number, const char *text, uint32_t severity) {
+static void check(double number, const char *text, BusbarSeverity severity) {
     Binding binding = {.limit_low = NAN, .limit_high = 95, .unit_len = 1, .unit = "A"};
-    BusbarTagValue value = {.kind = BUSBAR_VALUE_F64};
+    BusbarTagValue value = {.kind = BUSBAR_VALUE_KIND_F64, .number = number};
     char into[MAX_PART];
-    memcpy(&value.value, &number, sizeof number);
     size_t len = format(&value, &binding, into);
     assert(len == strlen(text) && memcmp(into, text, len) == 0);
     assert(judge(&value, &binding) == severity);
 }
 
 /* The verdict on a piece of equipment with one value, by its reason. */
-static void check_verdict(double number, uint8_t quality, double high, uint32_t expected,
+static void check_verdict(double number, BusbarQuality quality, double high, BusbarVerdict expected,
                           const char *reason) {
     Binding binding = {.limit_low = NAN, .limit_high = high, .next = 1, .name_len = 3, .name = "Oil"};
     Piece piece = {.id = "T1"};
     Instance self = {.bindings = &binding, .count = 1, .pieces = &piece, .piece_count = 1};
-    BusbarTagValue value = {.kind = BUSBAR_VALUE_F64, .quality = quality};
-    memcpy(&value.value, &number, sizeof number);
+    BusbarTagValue value = {.kind = BUSBAR_VALUE_KIND_F64, .quality = quality, .number = number};
     uint8_t text[MAX_PART];
     uint32_t basis[1];
     BusbarOverlayVerdict verdict;

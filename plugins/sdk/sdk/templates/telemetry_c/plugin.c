@@ -4,6 +4,8 @@
 
 #include "support.h"
 
+#include <busbar/telemetry.h>
+
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -24,7 +26,7 @@
 
 typedef struct Tag {
     uint32_t tag;
-    uint32_t kind;
+    BusbarValueKind kind;
     char name[MAX_NAME];
 } Tag;
 
@@ -43,43 +45,49 @@ typedef struct Instance {
 
 /* ---- values ---- */
 
-static void publish(const Instance *self, const Tag *tag, uint8_t kind, uint64_t value,
-                    uint8_t reason) {
-    BusbarSample sample = {
-        .tag = tag->tag,
-        .kind = kind,
-        .quality = reason == BUSBAR_REASON_NONE ? BUSBAR_QUALITY_GOOD : BUSBAR_QUALITY_BAD,
-        .reason = reason,
-        .value = value,
-        .source_time_unix_nanos = BUSBAR_NO_TIME,
-    };
-    self->sink->publish(self->sink->context, &sample, 1);
+static void publish(const Instance *self, const BusbarSample *sample) {
+    self->sink->publish(self->sink->context, sample, 1);
 }
 
-static void publish_bad(const Instance *self, uint8_t reason) {
+/* A sample without a value, for a reason. */
+static BusbarSample bad(const Tag *tag, BusbarReason reason) {
+    return (BusbarSample){
+        .tag = tag->tag,
+        .kind = BUSBAR_VALUE_KIND_NONE,
+        .quality = BUSBAR_QUALITY_BAD,
+        .reason = reason,
+        .source_time_unix_nanos = BUSBAR_NO_TIME,
+    };
+}
+
+static void publish_bad(const Instance *self, BusbarReason reason) {
     for (size_t i = 0; i < self->tag_count; i++) {
-        publish(self, &self->tags[i], BUSBAR_VALUE_NONE, 0, reason);
+        BusbarSample sample = bad(&self->tags[i], reason);
+        publish(self, &sample);
     }
 }
 
-static void report(const Instance *self, uint32_t state, const char *text) {
+static void report(const Instance *self, BusbarLinkState state, const char *text) {
     BusbarStr message = {(const uint8_t *)text, strlen(text)};
     self->sink->report_link(self->sink->context, state, message);
 }
 
-/* The bits of a value from text; 0 if it is none of this kind. */
-static int parse_value(uint32_t kind, const char *text, uint64_t *bits) {
+/* Sets the value of a sample of its kind from text, which it borrows; 0 if it is none. */
+static int parse_value(const char *text, BusbarSample *sample) {
     char *end;
-    if (kind == BUSBAR_VALUE_F64) {
-        double value = strtod(text, &end);
-        memcpy(bits, &value, sizeof value);
-        return end != text && *end == '\0' && isfinite(value);
+    if (sample->kind == BUSBAR_VALUE_KIND_TEXT) {
+        sample->text = (BusbarStr){(const uint8_t *)text, strlen(text)};
+        return 1;
+    }
+    if (sample->kind == BUSBAR_VALUE_KIND_F64) {
+        sample->number = strtod(text, &end);
+        return end != text && *end == '\0' && isfinite(sample->number);
     }
     errno = 0;
-    long long value = strtoll(text, &end, 10);
-    *bits = (uint64_t)value;
-    int most = kind == BUSBAR_VALUE_BOOL ? 1 : 3;
-    int fits = kind == BUSBAR_VALUE_I64 || (value >= 0 && value <= most);
+    sample->integer = strtoll(text, &end, 10);
+    int most = sample->kind == BUSBAR_VALUE_KIND_BOOL ? 1 : 3;
+    int fits = sample->kind == BUSBAR_VALUE_KIND_I64 ||
+               (sample->integer >= 0 && sample->integer <= most);
     return end != text && *end == '\0' && errno == 0 && fits;
 }
 
@@ -91,15 +99,18 @@ static void read_line(const Instance *self, char *line) {
     *space = '\0';
     for (size_t i = 0; i < self->tag_count; i++) {
         const Tag *tag = &self->tags[i];
-        uint64_t bits;
         if (strcmp(tag->name, line) != 0) {
             continue;
         }
-        if (parse_value(tag->kind, space + 1, &bits)) {
-            publish(self, tag, (uint8_t)tag->kind, bits, BUSBAR_REASON_NONE);
-        } else {
-            publish(self, tag, BUSBAR_VALUE_NONE, 0, BUSBAR_REASON_CONFIGURATION);
+        BusbarSample sample = {
+            .tag = tag->tag,
+            .kind = tag->kind,
+            .source_time_unix_nanos = BUSBAR_NO_TIME,
+        };
+        if (!parse_value(space + 1, &sample)) {
+            sample = bad(tag, BUSBAR_REASON_CONFIGURATION);
         }
+        publish(self, &sample);
     }
 }
 
@@ -167,15 +178,16 @@ static void read_lines(const Instance *self, int server) {
 
 static void *work(void *context) {
     const Instance *self = context;
-    report(self, BUSBAR_LINK_CONNECTING, "connecting");
+    report(self, BUSBAR_LINK_STATE_CONNECTING, "connecting");
     do {
         int server = connect_to_server(self);
         if (server >= 0) {
-            report(self, BUSBAR_LINK_UP, "connected");
+            report(self, BUSBAR_LINK_STATE_UP, "connected");
             read_lines(self, server);
             close(server);
         }
-        report(self, BUSBAR_LINK_DOWN, server >= 0 ? "the connection ended" : "cannot connect");
+        const char *reason = server >= 0 ? "the connection ended" : "cannot connect";
+        report(self, BUSBAR_LINK_STATE_DOWN, reason);
         publish_bad(self, BUSBAR_REASON_COMMUNICATION);
     } while (wait_for(self, -1, 0, RETRY_MILLIS) == 0);
     return NULL;
@@ -204,7 +216,7 @@ static BusbarStatus parse_tags(const BusbarTagSpec *tags, size_t count, Tag *int
         const BusbarTagSpec *spec = &tags[i];
         Tag tag = {.tag = spec->tag, .kind = spec->kind};
         size_t at = 0;
-        if (spec->kind < BUSBAR_VALUE_F64 || spec->kind > BUSBAR_VALUE_DOUBLE_POINT) {
+        if (spec->kind < BUSBAR_VALUE_KIND_F64 || spec->kind > BUSBAR_VALUE_KIND_TEXT) {
             return fail(error, BUSBAR_INVALID_ARGUMENT, "tag %u: unknown kind %u", (unsigned)spec->tag,
                         (unsigned)spec->kind);
         }

@@ -21,18 +21,25 @@ static BusbarStr text(const char *literal) {
 
 static void lines_become_samples(void) {
     BusbarSampleSink sink = {.struct_size = sizeof sink, .publish = take};
-    Tag tags[] = {{1, BUSBAR_VALUE_F64, "oil"}, {2, BUSBAR_VALUE_BOOL, "alarm"}};
-    Instance self = {.sink = &sink, .tags = tags, .tag_count = 2};
-    char good[] = "oil 61.5", bad[] = "alarm maybe", unknown[] = "nobody 1", short_line[] = "oil";
-    double value;
+    Tag tags[] = {
+        {1, BUSBAR_VALUE_KIND_F64, "oil"},
+        {2, BUSBAR_VALUE_KIND_BOOL, "alarm"},
+        {3, BUSBAR_VALUE_KIND_TEXT, "mode"},
+    };
+    Instance self = {.sink = &sink, .tags = tags, .tag_count = 3};
+    char good[] = "oil 61.5", wrong[] = "alarm maybe", unknown[] = "nobody 1", short_line[] = "oil";
+    char mode[] = "mode hand held";
+    read_line(&self, mode);
+    assert(last.tag == 3 && last.kind == BUSBAR_VALUE_KIND_TEXT);
+    assert(last.text.len == strlen("hand held"));
+    assert(memcmp(last.text.ptr, "hand held", last.text.len) == 0);
     read_line(&self, good);
-    memcpy(&value, &last.value, sizeof value);
-    assert(last.tag == 1 && value == 61.5 && last.quality == BUSBAR_QUALITY_GOOD);
-    read_line(&self, bad);
+    assert(last.tag == 1 && last.number == 61.5 && last.quality == BUSBAR_QUALITY_GOOD);
+    read_line(&self, wrong);
     assert(last.tag == 2 && last.quality == BUSBAR_QUALITY_BAD);
     read_line(&self, unknown);
     read_line(&self, short_line);
-    assert(calls == 2);
+    assert(calls == 3);
 }
 
 static void settings_and_addresses_are_read(void) {
@@ -42,9 +49,14 @@ static void settings_and_addresses_are_read(void) {
     assert(!parse_settings(text("{}"), host, port));
     assert(!parse_settings(text("{\"address\": \"no port\"}"), host, port));
     BusbarError error = {.struct_size = sizeof error};
-    BusbarTagSpec spec = {.kind = BUSBAR_VALUE_F64, .id = TEXT("T1.Oil")};
+    BusbarTagSpec spec = {.kind = BUSBAR_VALUE_KIND_F64, .id = TEXT("T1.Oil")};
     spec.address_json = text("\"oil\"");
     assert(parse_tags(&spec, 1, NULL, &error) == BUSBAR_OK);
+    spec.kind = BUSBAR_VALUE_KIND_TEXT;
+    assert(parse_tags(&spec, 1, NULL, &error) == BUSBAR_OK);
+    spec.kind++;
+    assert(parse_tags(&spec, 1, NULL, &error) == BUSBAR_INVALID_ARGUMENT);
+    spec.kind = BUSBAR_VALUE_KIND_F64;
     spec.address_json = text("7");
     assert(parse_tags(&spec, 1, NULL, &error) == BUSBAR_INVALID_SETTINGS);
     assert(error.message_len > 0);

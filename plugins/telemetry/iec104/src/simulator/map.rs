@@ -172,6 +172,9 @@ fn form_of(point: &Point, signal: &Signal) -> Result<Form, String> {
     let (low, high) = (raw(low).min(raw(high)), raw(low).max(raw(high)));
     let holds = |least: f64, most: f64| low.round() >= least && high.round() <= most;
     let form = match (point.kind, point.object_type, point.bit) {
+        (ValueKind::Text, ..) => {
+            return Err(format!("tag '{}': no object carries a text", point.id));
+        }
         (ValueKind::Bool, _, Some(_)) => Form::Bits,
         (ValueKind::Bool, ..) => Form::Single,
         (ValueKind::DoublePoint, ..) => Form::Double,
@@ -209,6 +212,8 @@ fn value_of(form: Form, point: &Point, value: Value) -> codec::Value {
         Value::I64(value) => value as f64,
         Value::Bool(is_on) => f64::from(u8::from(is_on)),
         Value::DoublePoint(position) => f64::from(position.bits()),
+        // No form carries one.
+        Value::Text(_) => f64::NAN,
     };
     // Casts keep what fits, and it does.
     let whole = raw.round();

@@ -84,7 +84,7 @@ fn every_type_is_read_as_the_station_has_it() {
     for (ioa, (name, _, [(_, expected), _])) in addressed() {
         // c104 leaves this one out of interrogations.
         if *name != "M_ME_ND_1" {
-            running.wait_for(ioa, *expected);
+            running.wait_for(ioa, expected.clone());
         }
     }
     let links = running.recorder.recording().links;
@@ -101,7 +101,7 @@ fn every_type_is_read_as_the_station_has_it() {
             changed["time_millis"] = json!(time_millis);
         }
         peer.command(&json!({"set": changed}));
-        running.wait_for(ioa, *expected);
+        running.wait_for(ioa, expected.clone());
         let source_time = running.recorder.latest(ioa).unwrap().source_time;
         let wanted = UNIX_EPOCH + Duration::from_millis(time_millis);
         assert_eq!(source_time, has_time.then_some(wanted), "{name}");
@@ -109,8 +109,8 @@ fn every_type_is_read_as_the_station_has_it() {
     // The station has started anew: all is asked for again.
     running.recorder.clear();
     peer.command(&json!({"initialised": 1}));
-    let (.., [_, (_, expected)]) = cases[0];
-    running.wait_for(1, expected);
+    let (.., [_, (_, expected)]) = &cases[0];
+    running.wait_for(1, expected.clone());
 }
 
 #[test]
@@ -206,7 +206,7 @@ fn a_thousand_changes_arrive_in_order() {
     peer.command(&json!({"count": point(1, "M_ME_NB_1", json!(0)), "to": 1000}));
     running.wait_for(1, Value::I64(1000));
     let samples = running.recorder.recording().samples;
-    let values: Vec<_> = samples.iter().map(|sample| sample.value).collect();
+    let values: Vec<_> = samples.into_iter().map(|sample| sample.value).collect();
     let expected: Vec<_> = (1..=1000).map(|value| Some(Value::I64(value))).collect();
     assert_eq!(values, expected);
 }

@@ -22,12 +22,12 @@ fn spec(points: &[serde_json::Value]) -> serde_json::Value {
 
 #[test]
 fn every_type_is_read_as_the_station_has_it() {
-    let on = Value::DoublePoint(DoublePoint::On);
+    let on = || Value::DoublePoint(DoublePoint::On);
     let cases = [
         ("M_SP_NA_1", ValueKind::Bool, json!(true), Value::Bool(true)),
         ("M_SP_TB_1", ValueKind::Bool, json!(true), Value::Bool(true)),
-        ("M_DP_NA_1", ValueKind::DoublePoint, json!(2), on),
-        ("M_DP_TB_1", ValueKind::DoublePoint, json!(2), on),
+        ("M_DP_NA_1", ValueKind::DoublePoint, json!(2), on()),
+        ("M_DP_TB_1", ValueKind::DoublePoint, json!(2), on()),
         ("M_ST_NA_1", ValueKind::F64, json!(-64), Value::F64(-64.0)),
         ("M_ST_TB_1", ValueKind::I64, json!(63), Value::I64(63)),
         ("M_BO_NA_1", ValueKind::I64, json!(0x8765_4321_u32), Value::I64(0x8765_4321)),
@@ -42,7 +42,7 @@ fn every_type_is_read_as_the_station_has_it() {
         ("M_IT_NA_1", ValueKind::I64, json!(-2_147_483_648_i64), Value::I64(-2_147_483_648)),
         ("M_IT_TB_1", ValueKind::F64, json!(9), Value::F64(9.0)),
         ("M_PS_NA_1", ValueKind::I64, json!(0x8005), Value::I64(0x8005)),
-        ("M_EP_TD_1", ValueKind::DoublePoint, json!(2), on),
+        ("M_EP_TD_1", ValueKind::DoublePoint, json!(2), on()),
         ("M_EP_TE_1", ValueKind::I64, json!(0b10_0101), Value::I64(0b10_0101)),
         ("M_EP_TF_1", ValueKind::I64, json!(0b1010), Value::I64(0b1010)),
     ];
@@ -177,7 +177,7 @@ fn a_thousand_changes_pass_the_windows_in_order() {
     peer.command(&json!({"count": point(1, "M_ME_NB_1", json!(0)), "to": 1000}));
     running.wait_for(1, Value::I64(1000));
     let samples = running.recorder.recording().samples;
-    let values: Vec<_> = samples.iter().map(|sample| sample.value).collect();
+    let values: Vec<_> = samples.into_iter().map(|sample| sample.value).collect();
     let expected: Vec<_> = (1..=1000).map(|value| Some(Value::I64(value))).collect();
     assert_eq!(values, expected);
 }

@@ -76,10 +76,10 @@ fn tags() -> Vec<SimulatedTag> {
 }
 
 /// The value that a tag had at a time tag, as exactly as a float can say it.
-fn is_value_at(tag: &SimulatedTag, value: Value, time: SystemTime) -> bool {
+fn is_value_at(tag: &SimulatedTag, value: &Value, time: SystemTime) -> bool {
     match (tag.signal.at(time), value) {
         (Value::F64(expected), Value::F64(value)) => (expected - value).abs() <= 1e-4,
-        (expected, value) => expected == value,
+        (expected, value) => expected == *value,
     }
 }
 
@@ -100,7 +100,7 @@ fn every_change_has_the_value_of_its_time() {
     let mut looked_at = 0;
     for sample in running.recorder.recording().samples {
         let tag = device.tags.iter().find(|tag| tag.spec.tag == sample.tag).unwrap();
-        if let (Some(value), Some(time)) = (sample.value, sample.source_time) {
+        if let (Some(value), Some(time)) = (&sample.value, sample.source_time) {
             assert!(is_value_at(tag, value, time), "{}: {value:?} at {time:?}", tag.spec.id);
             looked_at += 1;
         }
@@ -224,7 +224,7 @@ fn hat_sees_types_causes_and_times() {
     for message in sine {
         let value = Value::F64(message["value"].as_f64().unwrap());
         let time = UNIX_EPOCH + Duration::from_millis(message["time_millis"].as_u64().unwrap());
-        assert!(is_value_at(&device.tags[0], value, time), "{message}");
+        assert!(is_value_at(&device.tags[0], &value, time), "{message}");
     }
 }
 
@@ -253,7 +253,7 @@ fn thousands_of_points_are_served_at_once() {
     let recording = running.recorder.recording();
     for sample in recording.samples.iter().step_by(97) {
         let tag = &device.tags[sample.tag as usize - 1];
-        let (Some(value), Some(time)) = (sample.value, sample.source_time) else { continue };
+        let (Some(value), Some(time)) = (&sample.value, sample.source_time) else { continue };
         assert!(is_value_at(tag, value, time), "{}: {value:?}", tag.spec.id);
     }
     assert!(device.plugin.simulation_status().messages > 1000);
@@ -268,4 +268,29 @@ fn a_station_with_certificates_is_not_simulated() {
     let simulation = Simulation { tags: tags(), faults: FaultPlan::none(), update, seed: 1 };
     let refused = plugin.start_simulation(simulation).unwrap_err();
     assert!(refused.message().contains("leave \"tls\" away"), "{refused}");
+}
+
+#[test]
+fn a_text_is_neither_read_nor_simulated() {
+    let mut tags = tags();
+    let spec = tag_spec(50, "Q1.Mode", ValueKind::Text, json!({"ioa": 50}));
+    let behavior = Behavior::new(SignalShape::Constant, 1.0, 0.0, Duration::from_secs(1)).unwrap();
+    let signal = Signal::new(1, &spec.id, ValueKind::Text, behavior).unwrap();
+    tags.push(SimulatedTag { spec, signal });
+    let specs: Vec<_> = tags.iter().map(|tag| tag.spec.clone()).collect();
+    let settings: Settings =
+        serde_json::from_value(json!({"host": "127.0.0.1", "port": 1})).unwrap();
+    let mut plugin = Iec104::create(settings, host()).unwrap();
+    let update = Duration::from_secs(1);
+    let simulation = Simulation { tags, faults: FaultPlan::none(), update, seed: 1 };
+    let refusals = [
+        plugin.check(&specs).unwrap_err(),
+        plugin.start(specs, Recorder::new().sink()).unwrap_err(),
+        plugin.start_simulation(simulation).unwrap_err(),
+    ];
+    for refused in refusals {
+        let message = refused.message();
+        assert!(message.contains("1 of 9 tags"), "{message}");
+        assert!(message.contains("tag 'Q1.Mode': IEC 60870-5-104 carries no text"), "{message}");
+    }
 }

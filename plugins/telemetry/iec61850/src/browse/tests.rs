@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use busbar_plugin_sdk::testing::{CommandRun, host, run_command};
 use busbar_plugin_sdk::{Plugin, abi};
+use iec61850_rs::proto::mms::typespec::{Component, TypeSpec};
 use serde_json::{Value, json};
 
 use crate::tests::peer;
@@ -36,6 +37,24 @@ const VALUES: [(&str, &str, &str); 18] = [
     ("XCBR1.Pos", "double_point", "ST"),
 ];
 
+#[test]
+fn kinds_are_by_type() {
+    let component = |name: &str, type_spec| Component { name: Some(name.into()), type_spec };
+    let status = |spec: TypeSpec| TypeSpec::Structure {
+        packed: false,
+        components: vec![component("stVal", spec), component("t", TypeSpec::UtcTime)],
+    };
+    for (spec, kind) in [
+        (TypeSpec::VisibleString(-255), Some("text")),
+        (TypeSpec::MmsString(-255), Some("text")),
+        (TypeSpec::OctetString(-64), None),
+        (TypeSpec::BitString(-2), Some("double_point")),
+        (TypeSpec::Unsigned(32), Some("i64")),
+    ] {
+        assert_eq!(super::value_kind(&status(spec.clone()), 8), kind, "{spec:?}");
+    }
+}
+
 fn points(settings: &Value, devices: &[&str]) -> CommandRun {
     let settings: Settings = serde_json::from_value(settings.clone()).unwrap();
     let plugin = Iec61850::create(settings, host()).unwrap();
@@ -48,7 +67,7 @@ fn list(run: &CommandRun) -> &str {
 
 #[track_caller]
 fn check_refused(run: &CommandRun, words: &str) {
-    let expected = (Some(abi::BUSBAR_EXIT_INPUT), "");
+    let expected = (Some(abi::BUSBAR_EXIT_CODE_INPUT), "");
     assert_eq!((run.exit_code, list(run)), expected, "{:?}", run.diagnostics);
     let said = run.diagnostics.iter().any(|(_, message)| message.contains(words));
     assert!(said, "{words}: {:?}", run.diagnostics);

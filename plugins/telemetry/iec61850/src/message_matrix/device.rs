@@ -3,8 +3,8 @@
 
 use std::time::{Duration, UNIX_EPOCH};
 
-use busbar_plugin_sdk::Value as TagValue;
 use busbar_plugin_sdk::testing::{FaultGenerator, TruthMoment};
+use busbar_plugin_sdk::{Text, Value as TagValue, ValueKind};
 use iec61850_rs::ber::Cursor;
 use iec61850_rs::common::{ReasonCode, Source};
 use iec61850_rs::proto::data::{DataView, Value};
@@ -24,6 +24,8 @@ pub(super) const BLOCKS: usize = 3;
 pub(super) const OBJECTS_A_BLOCK: usize = 3;
 /// The object without quality and time.
 const BARE: usize = 8;
+/// Objects that are texts, of which one is reported and one polled.
+const TEXTS: [usize; 2] = [4, 10];
 pub(super) const DOMAIN: &str = "IED1LD0";
 const ACCESS_DENIED: i64 = 3;
 const NON_EXISTENT: i64 = 10;
@@ -109,7 +111,15 @@ impl Device {
     pub(super) fn truth(&self, object: usize) -> Option<TagValue> {
         let Object { value, quality, .. } = self.objects[object];
         let is_good = object == BARE || quality == Bits::GOOD;
-        is_good.then_some(TagValue::I64(value))
+        is_good.then(|| match TEXTS.contains(&object) {
+            true => TagValue::Text(Text::cut(&text_of(value))),
+            false => TagValue::I64(value),
+        })
+    }
+
+    /// Returns the type of the tag of an object.
+    pub(super) fn kind(object: usize) -> ValueKind {
+        if TEXTS.contains(&object) { ValueKind::Text } else { ValueKind::I64 }
     }
 
     /// Gives an object another value, or another quality.
@@ -216,7 +226,11 @@ impl Device {
     /// Value of a data object or of a part of it.
     pub(super) fn value(objects: &[Object; OBJECTS], object: usize, part: Part) -> Value {
         let Object { value, quality, time, .. } = objects[object];
-        let members = [Value::Integer(value), Value::quality(quality), Value::UtcTime(time)];
+        let own = match TEXTS.contains(&object) {
+            true => Value::VisibleString(text_of(value)),
+            false => Value::Integer(value),
+        };
+        let members = [own, Value::quality(quality), Value::UtcTime(time)];
         match part {
             Part::Whole if object == BARE => Value::Structure(members[..1].to_vec()),
             Part::Whole => Value::Structure(members.to_vec()),
@@ -346,9 +360,18 @@ pub(super) fn access_result<'a>(encoded: Result<&'a Vec<u8>, &'a i64>) -> Access
     }
 }
 
+/// Returns the text that an object has instead of its number.
+fn text_of(value: i64) -> String {
+    format!("mode {value}")
+}
+
 fn type_of(object: usize) -> TypeSpec {
     let component = |name: &str, type_spec| Component { name: Some(name.into()), type_spec };
-    let mut components = vec![component("stVal", TypeSpec::Integer(64))];
+    let own = match TEXTS.contains(&object) {
+        true => TypeSpec::VisibleString(-255),
+        false => TypeSpec::Integer(64),
+    };
+    let mut components = vec![component("stVal", own)];
     if object != BARE {
         components.push(component("q", TypeSpec::BitString(-13)));
         components.push(component("t", TypeSpec::UtcTime));

@@ -18,7 +18,7 @@ use busbar_link::TcpDial;
 use busbar_plugin_sdk::testing::{
     FaultGenerator, TruthMoment, TruthOracle, host, matrix_steps, tag_spec,
 };
-use busbar_plugin_sdk::{Reason, TagSpec, ValueKind};
+use busbar_plugin_sdk::{Reason, TagSpec};
 use iec61850_rs::proto::mms::association::{Association, AssociationConfig, AssociationEvent};
 use serde_json::json;
 
@@ -101,7 +101,7 @@ fn tags() -> Vec<TagSpec> {
     let tag = |object: usize| {
         let item = object_item(object).replace("GGIO1$ST$", "GGIO1.");
         let address = json!({"reference": format!("{DOMAIN}/{item}"), "fc": "ST"});
-        tag_spec(object as u32, &format!("object {object}"), ValueKind::I64, address)
+        tag_spec(object as u32, &format!("object {object}"), Device::kind(object), address)
     };
     (0..OBJECTS).map(tag).collect()
 }

@@ -15,7 +15,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use busbar_link::ReconnectBounds;
 use busbar_plugin_sdk::testing::{Recorder, Recording, RunningPlugin, host, tag_spec};
 use busbar_plugin_sdk::{
-    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry,
+    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry, Text,
     Value, ValueKind,
 };
 use peer_process::Peer;

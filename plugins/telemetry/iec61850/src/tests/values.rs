@@ -24,6 +24,7 @@ fn cases() -> Vec<Case> {
         of("XCBR1.Pos", "ST", "stVal", position(2, DoublePoint::On)),
         of("GGIO1.Ind1", "ST", "stVal", (json!(true), ValueKind::Bool, Value::Bool(true))),
         of("GGIO1.IntIn1", "ST", "stVal", integer(-5)),
+        of("GGIO1.IntIn2", "ST", "stVal", (json!(-70_000), ValueKind::Text, text("-70000"))),
         of(
             "XCBR1.OpCnt",
             "ST",
@@ -35,6 +36,10 @@ fn cases() -> Vec<Case> {
         of("PTOC1.Str", "SP", "setVal", (json!(true), ValueKind::Bool, Value::Bool(true))),
         of("PTOC1.StrVal", "SP", "setMag.f", float(2.5)),
     ]
+}
+
+fn text(text: &str) -> Value {
+    Value::Text(Text::new(text).unwrap())
 }
 
 #[test]
@@ -50,8 +55,8 @@ fn every_type_is_read_as_the_server_has_it() {
     running.wait_for(1, Value::F64(0.0));
     for (number, (object, _, part, written, _, value)) in (1..).zip(&cases) {
         peer.command(&json!({"object": format!("LD0/{object}"), "values": {*part: written}}));
-        running.wait_for(number, *value);
-        running.wait_for(number + 100, *value);
+        running.wait_for(number, value.clone());
+        running.wait_for(number + 100, value.clone());
     }
     let links = running.recorder.recording().links;
     let states: Vec<_> = links.iter().map(|(state, _)| *state).collect();
@@ -60,6 +65,29 @@ fn every_type_is_read_as_the_server_has_it() {
     let mut scaled = tag(1, ValueKind::F64, "GGIO1.IntIn1", "ST");
     (scaled.address["scale"], scaled.address["offset"]) = (json!(0.5), json!(1.0));
     start(peer.port, json!({}), vec![scaled]).wait_for(1, Value::F64(-1.5));
+}
+
+#[test]
+fn texts_are_read_as_the_server_has_them() {
+    let Some(mut peer) = peer::start(&json!({ "texts": true })) else { return };
+    let tags = vec![
+        tag(1, ValueKind::Text, "GGIO1.Mode", "ST"),
+        tag(2, ValueKind::Text, "LLN0.NamPlt.vendor", "DC"),
+        tag(3, ValueKind::F64, "MMXU1.TotW", "MX"),
+    ];
+    let running = start(peer.port, json!({}), tags);
+    running.wait_for(3, Value::F64(0.0));
+    let longest = "x".repeat(255);
+    for word in ["AUTO", "Süd", "", &longest, "MANUAL"] {
+        for (tag, object, part) in
+            [(1, "LD0/GGIO1.Mode", "stVal"), (2, "LD0/LLN0.NamPlt", "vendor")]
+        {
+            peer.command(&json!({"object": object, "values": {part: word}}));
+            running.wait_for(tag, text(word));
+        }
+    }
+    let links = running.recorder.recording().links;
+    assert!(links.iter().all(|(state, _)| *state != LinkState::Down), "{links:?}");
 }
 
 #[test]
@@ -96,8 +124,8 @@ fn quality_is_carried_over() {
                 2048 => SampleFlags::TEST,
                 _ => SampleFlags::LIVE,
             };
-            (sample.value, sample.quality, sample.flags)
-                == (Some(Value::F64(value)), quality, flags)
+            (&sample.value, sample.quality, sample.flags)
+                == (&Some(Value::F64(value)), quality, flags)
         });
     }
 }
@@ -155,10 +183,13 @@ fn what_does_not_fit_is_bad_and_the_rest_is_read() {
         tag(4, ValueKind::Bool, "MMXU1.TotW", "MX"),
         tag(5, ValueKind::DoublePoint, "GGIO1.Ind1", "ST"),
         tag(6, ValueKind::F64, "MMXU1.PhV", "MX"),
+        tag(7, ValueKind::Text, "MMXU1.TotW", "MX"),
+        tag(8, ValueKind::Text, "GGIO1.Ind1", "ST"),
+        tag(9, ValueKind::Text, "XCBR1.Pos", "ST"),
     ];
     let running = start(peer.port, json!({}), tags);
     running.wait_for(1, Value::F64(0.0));
-    for number in 2..=6 {
+    for number in 2..=9 {
         running.wait_for_bad(number, Reason::Configuration);
     }
 }

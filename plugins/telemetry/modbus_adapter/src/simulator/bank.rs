@@ -1,13 +1,13 @@
 //! All cells of a simulated device, worked out when they are read.
 
 use std::collections::BTreeMap;
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
-use busbar_plugin_sdk::simulation::Signal;
+use busbar_plugin_sdk::simulation::{Behavior, Signal, SignalShape};
 use busbar_plugin_sdk::{Error, Value, ValueKind};
 use tokio_modbus::ExceptionCode;
 
-use super::encode::{MAX_CELLS, encode};
+use super::encode::encode;
 use crate::address::{Decoding, Point, Table};
 use crate::plan::{MAX_BITS, MAX_REGISTERS};
 
@@ -91,7 +91,7 @@ impl Bank {
         }
         let mut cells = vec![0; usize::from(count)];
         for (point, signal) in space.of_cells(first, end) {
-            let Some(values) = encode(&point.decoding, signal.at(now)) else { continue };
+            let Some(values) = encode(&point.decoding, &signal.at(now)) else { continue };
             for (cell, value) in (u32::from(point.first)..point.end()).zip(values) {
                 let index = cell.checked_sub(first).and_then(|index| usize::try_from(index).ok());
                 if let Some(place) = index.and_then(|index| cells.get_mut(index)) {
@@ -116,10 +116,12 @@ impl Space {
 
     /// Returns the points with a cell from `first` to before `end`.
     fn of_cells(&self, first: u32, end: u32) -> impl Iterator<Item = &(Point, Signal)> {
-        let reach = u32::try_from(MAX_CELLS).unwrap_or(u32::MAX);
+        // One request reads every point.
+        let reach = u32::from(MAX_REGISTERS);
         let begin = self.points.partition_point(|(p, _)| u32::from(p.first) + reach <= first);
         let points = self.points.get(begin..).unwrap_or_default().iter();
-        points.take_while(move |(point, _)| u32::from(point.first) < end)
+        let points = points.take_while(move |(point, _)| u32::from(point.first) < end);
+        points.filter(move |(point, _)| point.end() > first)
     }
 }
 
@@ -127,25 +129,36 @@ impl Space {
 fn misfit(point: &Point, signal: &Signal) -> Option<String> {
     let (low, high) = signal.range();
     let value = |number: f64| match signal.kind() {
-        ValueKind::F64 => Value::F64(number),
-        ValueKind::I64 => Value::I64(number as i64),
+        ValueKind::F64 => Some(Value::F64(number)),
+        ValueKind::I64 => Some(Value::I64(number as i64)),
+        ValueKind::Text => text_at(number),
         // Their bits always fit.
-        ValueKind::Bool | ValueKind::DoublePoint => signal.at(SystemTime::UNIX_EPOCH),
+        ValueKind::Bool | ValueKind::DoublePoint => Some(signal.at(SystemTime::UNIX_EPOCH)),
     };
-    let fits = [low, high].iter().all(|&end| encode(&point.decoding, value(end)).is_some());
-    (!fits).then(|| {
+    let fits = |&end: &f64| value(end).and_then(|value| encode(&point.decoding, &value)).is_some();
+    let fields = if signal.kind() == ValueKind::Text { "length" } else { "type and scale" };
+    (![low, high].iter().all(fits)).then(|| {
         format!(
-            "tag '{}': its simulated values from {low} to {high} do not fit its type and scale: \
-             change these, or give the tag a \"simulate\" with another base and amplitude",
+            "tag '{}': its simulated values from {low} to {high} do not fit its {fields}: \
+             change that, or give the tag a \"simulate\" with another base and amplitude",
             point.id
         )
     })
 }
 
+/// Returns the text of a simulated tag whose signal has this number: the longest texts of a signal
+/// lie at the ends of its range.
+fn text_at(number: f64) -> Option<Value> {
+    let behavior =
+        Behavior::new(SignalShape::Constant, number, 0.0, Duration::from_secs(1)).ok()?;
+    let signal = Signal::new(0, "", ValueKind::Text, behavior).ok()?;
+    Some(signal.at(SystemTime::UNIX_EPOCH))
+}
+
 /// Returns the mask of the bits that a point occupies in each of its cells.
 fn bits_of(decoding: &Decoding) -> u16 {
     match decoding {
-        Decoding::Number { .. } | Decoding::Integer { .. } => u16::MAX,
+        Decoding::Number { .. } | Decoding::Integer { .. } | Decoding::Text { .. } => u16::MAX,
         Decoding::RegisterBit(bit) => 1 << bit,
         Decoding::RegisterBitPair(first) => 0b11 << first,
         Decoding::Bit | Decoding::BitPair => 1,

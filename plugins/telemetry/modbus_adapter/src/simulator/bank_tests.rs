@@ -48,6 +48,12 @@ fn cells_lie_where_addresses_say() {
             json!({"table": "holding", "register": 0, "type": "i16", "unit": 9}),
             -2.0,
         ),
+        constant(
+            "mode",
+            ValueKind::Text,
+            json!({"table": "input", "register": 30, "length": 7}),
+            3.0,
+        ),
         constant("coil", ValueKind::Bool, json!({"table": "coil", "register": 7}), 1.0),
     ])
     .unwrap();
@@ -59,6 +65,10 @@ fn cells_lie_where_addresses_say() {
     assert_eq!(read(1, Table::Holding, 11, 1), Ok(vec![0x8000]), "half a number");
     assert_eq!(read(9, Table::Holding, 0, 1), Ok(vec![0xFFFE]));
     assert_eq!(read(1, Table::Coil, 7, 1), Ok(vec![1]));
+    // "Text 3", and the end of it, which a reach of four cells would miss.
+    let text = vec![0x5465, 0x7874, 0x2033, 0];
+    assert_eq!(read(1, Table::Input, 30, 4), Ok(text));
+    assert_eq!(read(1, Table::Input, 32, 1), Ok(vec![0x2033]));
     let illegal = Err(ExceptionCode::IllegalDataAddress);
     assert_eq!(read(1, Table::Holding, 9, 2), illegal);
     assert_eq!(read(1, Table::Holding, 14, 2), illegal);

@@ -57,7 +57,8 @@ fn tags() -> Vec<SimulatedTag> {
     let sine = |base: f64| (SignalShape::Sine, base, 20.0, DAY);
     let counter = (SignalShape::Counter, 0.0, 50_000.0, HOUR);
     let steps = (SignalShape::Steps, 0.0, 0.0, HOUR);
-    let all: [(ValueKind, Json, SignalParameters); 8] = [
+    let text = json!({"table": "holding", "register": 300, "length": 12});
+    let all: [(ValueKind, Json, SignalParameters); 9] = [
         (ValueKind::F64, holding(0, "f32", ""), sine(0.0)),
         (ValueKind::F64, holding(2, "f32", "other"), sine(100.0)),
         (ValueKind::F64, holding(100, "f64", ""), sine(200.0)),
@@ -66,6 +67,7 @@ fn tags() -> Vec<SimulatedTag> {
         (ValueKind::Bool, bit("coil", 3), steps),
         (ValueKind::Bool, bit("discrete", 30), steps),
         (ValueKind::DoublePoint, bit("discrete", 10), steps),
+        (ValueKind::Text, text, (SignalShape::Steps, 50.0, 50.0, HOUR)),
     ];
     simulated_year::tags(SEED, all)
 }

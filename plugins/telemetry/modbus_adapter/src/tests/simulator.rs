@@ -4,7 +4,7 @@ use std::process::Command;
 use std::time::SystemTime;
 
 use busbar_plugin_sdk::simulation::{Behavior, FaultKind, FaultPlan, Signal, SignalShape};
-use busbar_plugin_sdk::{SimulatedTag, Simulation, Simulator};
+use busbar_plugin_sdk::{SimulatedTag, Simulation, Simulator, Text};
 
 use super::*;
 
@@ -90,12 +90,18 @@ fn tags() -> Vec<SimulatedTag> {
             json!({"table": "holding", "register": 9, "type": "f64", "word_order": "little", "unit": 7}),
             (SignalShape::Walk, 1e6, 1e5, 5.0),
         ),
+        simulated(
+            7,
+            ValueKind::Text,
+            json!({"table": "holding", "register": 14, "length": 12}),
+            (SignalShape::Counter, 0.0, 50.0, 0.5),
+        ),
     ]
 }
 
 /// Reports whether the signal has this value at some instant between `from` and `to`, within the
 /// resolution of the tag's cells.
-fn has_at_some_time(tag: &SimulatedTag, value: Value, from: SystemTime, to: SystemTime) -> bool {
+fn has_at_some_time(tag: &SimulatedTag, value: &Value, from: SystemTime, to: SystemTime) -> bool {
     let step = Duration::from_millis(1);
     let near = |expected: Value| match (expected, value) {
         (Value::F64(expected), Value::F64(value)) => {
@@ -103,7 +109,7 @@ fn has_at_some_time(tag: &SimulatedTag, value: Value, from: SystemTime, to: Syst
             let slope = tag.signal.max_slope().unwrap_or_default();
             (expected - value).abs() <= 0.051 + 0.001 * slope
         }
-        (expected, value) => expected == value,
+        (expected, value) => expected == *value,
     };
     let mut time = from;
     while time <= to {
@@ -133,7 +139,7 @@ fn the_adapter_reads_what_the_device_has_at_the_time() {
         for sample in running.recorder.recording().samples {
             if sample.tag == tag.spec.tag && sample.quality.is_good() {
                 let value = sample.value.unwrap();
-                let fits = has_at_some_time(tag, value, from, ended);
+                let fits = has_at_some_time(tag, &value, from, ended);
                 assert!(fits, "{}: {value:?}", tag.spec.id);
             }
         }
@@ -156,8 +162,9 @@ fn pymodbus_reads_the_same() {
         ["discrete", 1, 10, 2],
         ["holding", 7, 9, 4],
         ["holding", 1, 2, 1],
-        ["holding", 1, 0, 20],
+        ["holding", 1, 0, 30],
         ["holding", 9, 0, 1],
+        ["holding", 1, 14, 6],
     ]);
     let begun = SystemTime::now();
     let output = Command::new(python)
@@ -171,7 +178,7 @@ fn pymodbus_reads_the_same() {
     });
     let cell = |read: usize, index: usize| cells[read][index].as_u64().unwrap();
     let check = |tag: usize, value: Value| {
-        let fits = has_at_some_time(&device.tags[tag], value, begun, ended);
+        let fits = has_at_some_time(&device.tags[tag], &value, begun, ended);
         assert!(fits, "{}: {value:?} in {cells}", device.tags[tag].spec.id);
     };
     check(1, Value::F64(f64::from(cell(0, 0) as u16 as i16) * 0.1));
@@ -182,6 +189,10 @@ fn pymodbus_reads_the_same() {
     check(4, Value::DoublePoint(busbar_plugin_sdk::DoublePoint::from_bits(position)));
     let bits = (0..4).fold(0, |bits, index| bits | cell(4, index) << (16 * index));
     check(6, Value::F64(f64::from_bits(bits)));
+    let bytes: Vec<_> = (0..6).flat_map(|index| (cell(8, index) as u16).to_be_bytes()).collect();
+    let written = str::from_utf8(&bytes).unwrap().trim_end_matches('\0');
+    assert!(written.starts_with("Text "), "{written}");
+    check(7, Value::Text(Text::new(written).unwrap()));
     assert_eq!(cells[5], json!([0]), "between tags");
     assert_eq!((&cells[6], &cells[7]), (&json!(2), &json!(11)), "exceptions");
 }
@@ -208,7 +219,7 @@ fn mbpoll_reads_the_same() {
     let value = said.lines().find_map(|line| line.strip_prefix("[0]:")?.trim().parse().ok());
     let value =
         value.unwrap_or_else(|| panic!("{said}{}", String::from_utf8_lossy(&output.stderr)));
-    assert!(has_at_some_time(&device.tags[0], Value::F64(value), begun, ended), "{value}");
+    assert!(has_at_some_time(&device.tags[0], &Value::F64(value), begun, ended), "{value}");
 }
 
 #[test]
@@ -233,6 +244,11 @@ fn what_cannot_be_simulated_is_refused_in_words() {
     let tag = simulated(0, ValueKind::F64, small, (SignalShape::Sine, 60.0, 1.0, 1.0));
     let misfit = start(settings("127.0.0.1", 1), vec![tag]);
     assert!(misfit.message().contains("'tag0'") && misfit.message().contains("scale"), "{misfit}");
+    // "Text -100" has one byte more than it may.
+    let short = json!({"table": "holding", "register": 0, "length": 8});
+    let tag = simulated(0, ValueKind::Text, short, (SignalShape::Sine, 0.0, 100.0, 1.0));
+    let misfit = start(settings("127.0.0.1", 1), vec![tag]);
+    assert!(misfit.message().contains("'tag0'") && misfit.message().contains("length"), "{misfit}");
 }
 
 /// With each fault tags turn bad where values are lost, and come back; and what is good
@@ -305,7 +321,8 @@ impl Watch<'_> {
         let recording = self.running.recorder.recording();
         for sample in recording.samples.iter().skip(self.seen).filter(|s| s.quality.is_good()) {
             let tag = self.device.tags.iter().find(|tag| tag.spec.tag == sample.tag).unwrap();
-            let fits = has_at_some_time(tag, sample.value.unwrap(), from, SystemTime::now());
+            let fits =
+                has_at_some_time(tag, sample.value.as_ref().unwrap(), from, SystemTime::now());
             assert!(fits, "{}: {:?}", tag.spec.id, sample.value);
         }
         self.seen = recording.samples.len();

@@ -21,11 +21,11 @@ pub(super) fn tags() -> Vec<TagSpec> {
 pub(super) fn check(recording: &Recording) -> [usize; TAGS.len()] {
     let counts = TAGS.map(|tag| {
         let of_tag = recording.samples.iter().filter(|sample| sample.tag == tag);
-        let values = of_tag.filter_map(|sample| sample.value);
+        let values = of_tag.filter_map(|sample| sample.value.as_ref());
         let mut newest = 0;
         let mut count = 0;
         for value in values {
-            let Value::I64(value) = value else { panic!("{value:?}") };
+            let &Value::I64(value) = value else { panic!("{value:?}") };
             let (unit, number, sequence) = (value >> 48, value >> 32 & 0xFFFF, value & 0xFFFF_FFFF);
             assert_eq!((unit, number), (1, i64::from(tag)), "a value of another tag");
             assert!(sequence > newest, "tag {tag}: {sequence} after {newest}");

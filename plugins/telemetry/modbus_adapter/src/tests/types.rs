@@ -1,10 +1,11 @@
 //! Every type of value, whatever the transport and the server.
 
-use busbar_plugin_sdk::DoublePoint;
+use busbar_plugin_sdk::{DoublePoint, Text};
 
 use super::*;
 
 const NOT_A_NUMBER: u32 = 99;
+const NO_UTF8: u32 = 98;
 
 /// Returns the tables of a server.
 pub(super) fn values() -> serde_json::Value {
@@ -15,6 +16,10 @@ pub(super) fn values() -> serde_json::Value {
             "8": [0x7E37, 0xE43C, 0x8800, 0x759C, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFE],
             "16": [0x0000, 0xBFC0, 0b1000_0110, 0x7FC0, 0x0000],
             "60": [600],
+            // "AUTO 電", its three bytes E9 9B BB in UTF-8, padded with a space and zeros; FFh is
+            // no UTF-8.
+            "70": [0x4155, 0x544F, 0x20E9, 0x9BBB, 0x2000, 0x0000, 0xFF41],
+            "80": [0x5541, 0x4F54],
             "300": [1234]
         },
         "input": {"5": [250]},
@@ -27,6 +32,10 @@ pub(super) fn values() -> serde_json::Value {
 fn cases() -> Vec<(ValueKind, serde_json::Value, Value)> {
     let (f64_kind, i64_kind) = (ValueKind::F64, ValueKind::I64);
     let double = |state| Value::DoublePoint(state);
+    let text = |text| Value::Text(Text::new(text).unwrap());
+    let texts = |register: u16, length: u8| json!({"table": "holding", "register": register, "length": length});
+    let low_first =
+        json!({"table": "holding", "register": 80, "length": 4, "byte_order": "little"});
     let holding = |register: u16, format: &str| json!({"table": "holding", "register": register, "type": format});
     let bit = |table: &str, register: u16| json!({"table": table, "register": register});
     let little = json!({"table": "holding", "register": 16, "type": "f32", "word_order": "little"});
@@ -46,6 +55,10 @@ fn cases() -> Vec<(ValueKind, serde_json::Value, Value)> {
         (i64_kind, holding(60, "u16"), Value::I64(600)),
         (i64_kind, holding(300, "u16"), Value::I64(1234)),
         (f64_kind, little, Value::F64(-1.5)),
+        (ValueKind::Text, texts(70, 12), text("AUTO 電")),
+        (ValueKind::Text, texts(71, 1), text("T")),
+        (ValueKind::Text, texts(75, 2), text("")),
+        (ValueKind::Text, low_first, text("AUTO")),
         (ValueKind::Bool, register_bit(1), Value::Bool(true)),
         (ValueKind::Bool, register_bit(0), Value::Bool(false)),
         (ValueKind::DoublePoint, register_bits, double(DoublePoint::On)),
@@ -66,8 +79,10 @@ pub(super) fn check(settings: serde_json::Value) {
         tag_spec(tag, &format!("tag{tag}"), *kind, address.clone())
     });
     let not_a_number = json!({"table": "holding", "register": 19, "type": "f32"});
+    let no_utf8 = json!({"table": "holding", "register": 76, "length": 2});
+    let no_utf8 = tag_spec(NO_UTF8, "no UTF-8", ValueKind::Text, no_utf8);
     let nan = tag_spec(NOT_A_NUMBER, "nan", ValueKind::F64, not_a_number);
-    let running = start_with(settings, QUICK, tags.chain([nan]).collect());
+    let running = start_with(settings, QUICK, tags.chain([nan, no_utf8]).collect());
     for (tag, (_, _, expected)) in (0..).zip(cases) {
         running.wait_for(tag, expected);
     }
@@ -77,6 +92,10 @@ pub(super) fn check(settings: serde_json::Value) {
         NOT_A_NUMBER,
         |sample| matches!(sample.value, Some(Value::F64(value)) if value.is_nan()),
     );
+    let marked = Some(Value::Text(Text::new("\u{fffd}A").unwrap()));
+    running.wait("text that is no UTF-8", NO_UTF8, |sample| {
+        sample.value == marked && sample.quality == Quality::Uncertain(Reason::Configuration)
+    });
     let recording = running.recorder.recording();
     let states: Vec<_> = recording.links.iter().map(|(state, _)| *state).collect();
     assert_eq!(states, [LinkState::Connecting, LinkState::Up], "{:?}", recording.links);

@@ -29,9 +29,30 @@ fn steps() -> u64 {
     set.map_or(STEPS, |text| text.parse().expect("BUSBAR_MATRIX_STEPS is a count"))
 }
 
+/// Number of an empty text, which no message counts.
+const EMPTY: i64 = 0;
+/// Number of a text that is none of a source's.
+const NO_NUMBER: i64 = -1;
+
+/// Makes a text that identifies a message by its number.
+fn numbered_text(number: i64) -> String {
+    format!("Mode {number}")
+}
+
+/// Reads the number of a text of [`numbered_text`], whatever stands behind it.
+fn number_in(text: &str) -> i64 {
+    if text.is_empty() {
+        return EMPTY;
+    }
+    let rest = text.strip_prefix("Mode ").unwrap_or_default();
+    let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    rest[..end].parse().unwrap_or(NO_NUMBER)
+}
+
 /// A tag as its host shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shown {
+    /// Number that identifies the message of the value; of a text, the one in it.
     value: Option<i64>,
     quality: Quality,
     source_time: Option<SystemTime>,
@@ -134,8 +155,12 @@ impl Client {
             if is_old && sample.quality.is_good() {
                 continue;
             }
-            if let (Some(value), false) = (sample.value, is_old) {
-                let Value::I64(value) = value else { panic!("{value:?}") };
+            if let (Some(value), false) = (&sample.value, is_old) {
+                let value = match value {
+                    Value::I64(value) => *value,
+                    Value::Text(text) => number_in(text.as_str()),
+                    other => panic!("{other:?}"),
+                };
                 (shown.value, shown.source_time) = (Some(value), sample.source_time);
             }
             shown.quality = match sample.quality {

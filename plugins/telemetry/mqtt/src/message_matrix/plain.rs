@@ -9,9 +9,11 @@ use serde_json::json;
 
 use super::*;
 
-/// Tags: a text, two values of one document without a time, one of a document with a time.
-const TOPICS: [&str; 4] = ["s/text", "s/json", "s/json", "s/timed"];
-const TIMED: usize = 3;
+/// Tags: a number as text, three values of one document without a time, the second of them a
+/// text, one of a document with a time, and a text.
+const TOPICS: [&str; 6] = ["s/text", "s/json", "s/json", "s/json", "s/timed", "s/mode"];
+const TEXTS: [usize; 2] = [2, 5];
+const TIMED: usize = 4;
 const KINDS: u8 = 16;
 
 struct Matrix {
@@ -33,11 +35,16 @@ impl Matrix {
         let addresses = [
             json!({"topic": "s/text"}),
             json!({"topic": "s/json", "pointer": "/a/v"}),
+            json!({"topic": "s/json", "pointer": "/m/v"}),
             json!({"topic": "s/json", "pointer": "/b/v", "quality": "/b/q"}),
             json!({"topic": "s/timed", "pointer": "/v", "time": "/ts"}),
+            json!({"topic": "s/mode"}),
         ];
-        let tag =
-            |(tag, address): (u32, &Json)| tag_spec(tag, "t", ValueKind::I64, address.clone());
+        let tag = |(tag, address): (u32, &Json)| {
+            let is_text = TEXTS.contains(&(tag as usize));
+            let kind = if is_text { ValueKind::Text } else { ValueKind::I64 };
+            tag_spec(tag, "t", kind, address.clone())
+        };
         let tags: Vec<_> = (0..).zip(&addresses).map(tag).collect();
         let settings =
             json!({"host": "a", "availability": [{"topic": "s/status", "covers": "s/#"}]});
@@ -62,13 +69,16 @@ impl Matrix {
     }
 
     /// A payload with these values, as the topic has it.
-    fn payload(&mut self, topic: &str, values: [i64; 2]) -> String {
+    fn payload(&mut self, topic: &str, values: [i64; 3]) -> String {
         self.millis += 10;
         match topic {
             "s/text" => values[0].to_string(),
             "s/json" => {
-                json!({"a": {"v": values[0]}, "b": {"v": values[1], "q": "good"}}).to_string()
+                let mode = numbered_text(values[1]);
+                json!({"a": {"v": values[0]}, "b": {"v": values[2], "q": "good"}, "m": {"v": mode}})
+                    .to_string()
             }
+            "s/mode" => numbered_text(values[0]),
             _ => json!({"v": values[0], "ts": self.millis}).to_string(),
         }
     }
@@ -81,21 +91,30 @@ impl Matrix {
         }
         let topic = TOPICS[self.rng.usize(..TOPICS.len())];
         let tags: Vec<usize> = (0..TOPICS.len()).filter(|tag| TOPICS[*tag] == topic).collect();
-        let values = [self.value(), self.value()];
+        let mut values = [self.value(), self.value(), self.value()];
         let whole = self.payload(topic, values);
+        let is_json = matches!(topic, "s/json" | "s/timed");
         let mut is_retained = false;
         // Of the tags, the first of them, or none is good after it.
         let (payload, usable): (Vec<u8>, &[usize]) = match kind {
             // Cut short, or bytes of something else.
-            1 if topic != "s/text" => {
-                (whole.as_bytes()[..self.rng.usize(..whole.len())].to_vec(), &[])
-            }
+            1 if is_json => (whole.as_bytes()[..self.rng.usize(..whole.len())].to_vec(), &[]),
             2 => (vec![b'"', 0xFF, 0xFE, self.rng.u8(..)], &[]),
+            // Nothing, which is a text as any other.
+            3 if topic == "s/mode" => {
+                values[0] = EMPTY;
+                (Vec::new(), &tags)
+            }
             3 => (Vec::new(), &[]),
             // A byte more than is taken, and as many as are.
             4 => (pad(&whole, MAX_PAYLOAD + 1), &[]),
             5 => (pad(&whole, MAX_PAYLOAD), &tags),
             6 => (pad(&whole, MAX_PAYLOAD + self.rng.usize(1..400_000)), &[]),
+            // A text that is cut, by a byte or many.
+            7 if topic == "s/mode" => {
+                let bytes = busbar_plugin_sdk::MAX_TEXT_BYTES + self.rng.usize(1..2000);
+                (format!("{whole:x<bytes$}").into_bytes(), &[])
+            }
             // Of another type, or no number.
             7 => {
                 let other =
@@ -110,16 +129,14 @@ impl Matrix {
                 };
                 (text.into_bytes(), &[])
             }
-            // Nothing at the pointer, of one of two tags at least.
-            8 if topic != "s/text" => {
-                (whole.replacen("\"v\"", "\"w\"", 1).into_bytes(), &tags[1..])
-            }
-            9 if topic != "s/text" => (b"{}".to_vec(), &[]),
-            10 if topic != "s/text" => {
+            // Nothing at the pointer, of one of three tags at least.
+            8 if is_json => (whole.replacen("\"v\"", "\"w\"", 1).into_bytes(), &tags[1..]),
+            9 if is_json => (b"{}".to_vec(), &[]),
+            10 if is_json => {
                 (whole.replace(&values[0].to_string(), "null").into_bytes(), &tags[1..])
             }
             // A quality that nobody explained.
-            11 if topic == "s/json" => (whole.replace("good", "fair").into_bytes(), &tags[..1]),
+            11 if topic == "s/json" => (whole.replace("good", "fair").into_bytes(), &tags[..2]),
             // Times that are none.
             12 if topic == "s/timed" => {
                 let bad = [

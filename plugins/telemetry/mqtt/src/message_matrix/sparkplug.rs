@@ -83,9 +83,11 @@ impl Matrix {
             }
             address
         };
-        let tags: Vec<_> = (0..METRICS)
-            .map(|metric| tag_spec(metric as u32, "t", ValueKind::I64, address(metric)))
-            .collect();
+        let tag = |metric| {
+            let kind = if is_text(metric) { ValueKind::Text } else { ValueKind::I64 };
+            tag_spec(metric as u32, "t", kind, address(metric))
+        };
+        let tags: Vec<_> = (0..METRICS).map(tag).collect();
         let mut rng = Rng::with_seed(seed);
         let client = Client::new(json!({"host": "a"}), &tags, version, rng.fork());
         Self {
@@ -115,12 +117,16 @@ impl Matrix {
         }
         let value = (metric as i64 + 1) * PER_METRIC + self.count;
         self.truth[metric] = Some(value);
+        let (data_type, worded) = match is_text(metric) {
+            true => (DataType::String, metric::Value::StringValue(numbered_text(value))),
+            false => (DataType::Int64, metric::Value::LongValue(value as u64)),
+        };
         Metric {
             name: has_name.then(|| name(metric)),
             alias: self.alias(metric).filter(|_| has_alias),
             timestamp: Some(self.millis),
-            datatype: has_name.then_some(DataType::Int64 as u32),
-            value: Some(metric::Value::LongValue(value as u64)),
+            datatype: has_name.then_some(data_type as u32),
+            value: Some(worded),
             ..Metric::default()
         }
     }
@@ -408,11 +414,14 @@ impl Matrix {
             }
             // Of another type than its birth told, or none that a tag can hold.
             15 => {
-                let mut metric = self.metric(first, true, true);
-                match self.rng.u8(0..4) {
-                    0 => metric.datatype = Some(DataType::Int16 as u32),
-                    1 => metric.datatype = Some(999),
-                    2 => metric.value = Some(metric::Value::BytesValue(vec![1])),
+                let number = first + self.rng.usize(..PER_DEVICE);
+                let mut metric = self.metric(number, true, true);
+                match (self.rng.u8(0..5), &mut metric.value) {
+                    // A text that is cut.
+                    (0, Some(metric::Value::StringValue(text))) => text.push_str(&"x".repeat(300)),
+                    (0 | 1, _) => metric.datatype = Some(DataType::Int16 as u32),
+                    (2, _) => metric.datatype = Some(999),
+                    (3, _) => metric.value = Some(metric::Value::BytesValue(vec![1])),
                     _ => metric.value = None,
                 }
                 let message = self.data(device, vec![metric]);
@@ -491,6 +500,11 @@ impl Matrix {
             }
         }
     }
+}
+
+/// Reports whether a metric is a text: one of each device is.
+fn is_text(metric: usize) -> bool {
+    metric % PER_DEVICE == 1
 }
 
 fn name(metric: usize) -> String {

@@ -4,6 +4,10 @@ use super::*;
 
 const TEXT_OR_JSON: u64 = 1_700_000_000_250;
 
+fn text(text: &str) -> Value {
+    Value::Text(Text::new(text).unwrap())
+}
+
 fn plain(number: u32, kind: ValueKind, topic: &str) -> TagSpec {
     tag(number, kind, json!({ "topic": topic }))
 }
@@ -30,11 +34,21 @@ fn texts_and_json_become_values_of_all_kinds() {
             tag(9, ValueKind::F64, json_address("/text")),
             tag(10, ValueKind::F64, json_address("/none")),
             tag(11, ValueKind::Bool, json_address("/p")),
+            plain(12, ValueKind::Text, "s/m"),
+            tag(13, ValueKind::Text, json_address("/text")),
+            tag(14, ValueKind::Text, json_address("/n")),
+            tag(15, ValueKind::Text, json_address("/p/0")),
+            tag(16, ValueKind::Text, json_address("/p")),
         ];
         let running = start(broker.port, &json!({ "version": version }), tags);
-        for (topic, text) in
-            [("s/f", "-3.5"), ("s/i", " 42 "), ("s/b", "true"), ("s/d", "3"), ("s/w", "closed")]
-        {
+        for (topic, text) in [
+            ("s/f", "-3.5"),
+            ("s/i", " 42 "),
+            ("s/b", "true"),
+            ("s/d", "3"),
+            ("s/w", "closed"),
+            ("s/m", "Hand ⚡\n"),
+        ] {
             peer.publish(topic, text);
         }
         let document = json!({
@@ -52,15 +66,48 @@ fn texts_and_json_become_values_of_all_kinds() {
             (7, Value::I64(-7)),
             (8, Value::Bool(true)),
             (9, Value::F64(1000.0)),
+            (12, text("Hand ⚡")),
+            (13, text("1e3")),
+            (14, text("-7")),
         ];
         for (tag, value) in expected {
             running.wait_for(tag, value);
-            let at = if tag < 6 { None } else { time(TEXT_OR_JSON) };
+            let at = if tag < 6 || tag == 12 { None } else { time(TEXT_OR_JSON) };
             assert_eq!(running.recorder.latest(tag).unwrap().source_time, at, "tag {tag}");
         }
         running.wait_for_bad(10, Reason::Sensor);
-        running.wait_for_bad(11, Reason::Configuration);
+        for tag in [11, 15, 16] {
+            running.wait_for_bad(tag, Reason::Configuration);
+        }
     }
+}
+
+#[test]
+fn texts_come_again_are_cut_and_go_with_an_empty_payload() {
+    let Some(broker) = Broker::start() else { return };
+    let Some(mut peer) = Client::publisher(broker.port, &json!({})) else { return };
+    let running = start(broker.port, &json!({}), vec![plain(1, ValueKind::Text, "m")]);
+    let count = |value: &Value| {
+        let samples = running.samples(1);
+        samples.iter().filter(|sample| sample.value.as_ref() == Some(value)).count()
+    };
+    peer.publish("m", "AUTO");
+    running.wait_for(1, text("AUTO"));
+    // The same text again is news: its source is alive.
+    peer.publish("m", "AUTO");
+    peer.publish("m", "");
+    running.wait("value of a cleared topic", 1, |sample| {
+        sample.quality == Quality::Uncertain(Reason::Configuration)
+    });
+    assert!(count(&text("AUTO")) >= 2);
+    peer.publish("m", &"é".repeat(128));
+    let cut = text(&format!("{}…", "é".repeat(126)));
+    running.wait("cut text", 1, |sample| {
+        sample.value.as_ref() == Some(&cut)
+            && sample.quality == Quality::Uncertain(Reason::Configuration)
+    });
+    peer.publish("m", &"é".repeat(127));
+    running.wait_for(1, text(&"é".repeat(127)));
 }
 
 #[test]

@@ -8,6 +8,9 @@ const DEVICE: &str = "bay3";
 /// When metrics say that they were measured.
 const MEASURED: u64 = 1_700_000_000_123;
 
+/// Value of a metric of type UUID.
+const UUID: &str = "9f2c1f5e-6f0a-4d5b-8a3e-0c9d2b7e4a11";
+
 fn metric(number: u32, kind: ValueKind, device: Option<&str>, name: &str) -> TagSpec {
     let mut address = json!({"group": GROUP, "edge_node": NODE, "metric": name});
     if let Some(device) = device {
@@ -44,6 +47,7 @@ fn metrics_of_all_types_carry_time_and_quality() {
     let Some(broker) = Broker::start() else { return };
     let Some(mut node) = Client::node(broker.port, GROUP, NODE) else { return };
     let integer = |value: i64| Some(Value::I64(value));
+    let text = |text: &str| Some(Value::Text(Text::new(text).unwrap()));
     let cases = [
         ("INT8", json!(-5), ValueKind::I64, integer(-5)),
         ("INT16", json!(-300), ValueKind::I64, integer(-300)),
@@ -60,6 +64,15 @@ fn metrics_of_all_types_carry_time_and_quality() {
         ("STRING", json!("12.5"), ValueKind::F64, Some(Value::F64(12.5))),
         ("TEXT", json!("3"), ValueKind::I64, integer(3)),
         ("UUID", json!("no number"), ValueKind::I64, None),
+        ("STRING", json!("AUTO"), ValueKind::Text, text("AUTO")),
+        ("STRING", json!(""), ValueKind::Text, text("")),
+        ("TEXT", json!("Zähler 7\n"), ValueKind::Text, text("Zähler 7\u{fffd}")),
+        ("UUID", json!(UUID), ValueKind::Text, text(UUID)),
+        ("INT64", json!(-5_000_000_000_i64), ValueKind::Text, text("-5000000000")),
+        ("UINT64", json!(u64::MAX), ValueKind::Text, text("18446744073709551615")),
+        ("BOOLEAN", json!(true), ValueKind::Text, None),
+        ("DOUBLE", json!(5.0), ValueKind::Text, None),
+        ("DATASET", json!(null), ValueKind::Text, None),
         ("DATETIME", json!(MEASURED), ValueKind::I64, integer(MEASURED as i64)),
         ("UINT8", json!(2), ValueKind::DoublePoint, Some(Value::DoublePoint(DoublePoint::On))),
         ("DATASET", json!(null), ValueKind::F64, None),
@@ -81,7 +94,7 @@ fn metrics_of_all_types_carry_time_and_quality() {
     for (index, (kind, value, _, expected)) in cases.iter().enumerate() {
         match expected {
             Some(expected) => {
-                running.wait_for(index as u32, *expected);
+                running.wait_for(index as u32, expected.clone());
                 let sample = running.recorder.latest(index as u32).unwrap();
                 assert_eq!(sample.source_time, time(MEASURED), "{kind} {value}");
             }

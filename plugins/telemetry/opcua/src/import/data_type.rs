@@ -26,6 +26,7 @@ pub(super) enum Nature {
     Boolean,
     Integer,
     Number,
+    Text,
     /// Any type: it depends on the value itself.
     Any,
     /// No suitable type, with the reason.
@@ -126,15 +127,12 @@ fn nature_of(scalar: VariantScalarTypeId) -> Nature {
         | Scalar::UInt64
         | Scalar::StatusCode => Nature::Integer,
         Scalar::Float | Scalar::Double => Nature::Number,
-        Scalar::String | Scalar::LocalizedText => Nature::Unfit(
-            "a text: its states have no names on the server; add a bool or double_point tag with \
-             `states` by hand",
-        ),
+        Scalar::String | Scalar::LocalizedText | Scalar::QualifiedName => Nature::Text,
         Scalar::DateTime => Nature::Unfit("a DateTime is no measured value"),
         Scalar::Guid => Nature::Unfit("a Guid is no measured value"),
         Scalar::ByteString => Nature::Unfit("a ByteString is no measured value"),
         Scalar::ExtensionObject => Nature::Unfit("a structure: its fields are no variables"),
-        _ => Nature::Unfit("it is neither number nor truth value"),
+        _ => Nature::Unfit("it is neither number nor truth value nor text"),
     }
 }
 

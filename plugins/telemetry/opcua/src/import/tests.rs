@@ -34,21 +34,21 @@ Station.Types.Float,,f64,,,,nsu=urn:busbar:test;s=Station.Types.Float,,
 Station.Types.Int16,,i64,,,,nsu=urn:busbar:test;s=Station.Types.Int16,,
 Station.Types.Int32,,i64,,,,nsu=urn:busbar:test;s=Station.Types.Int32,,
 Station.Types.Int64,,i64,,,,nsu=urn:busbar:test;s=Station.Types.Int64,,
+Station.Types.LocalizedText,,text,,,,nsu=urn:busbar:test;s=Station.Types.LocalizedText,,
 Station.Types.SByte,,i64,,,,nsu=urn:busbar:test;s=Station.Types.SByte,,
 Station.Types.StatusCode,,i64,,,,nsu=urn:busbar:test;s=Station.Types.StatusCode,,
+Station.Types.String,,text,,,,nsu=urn:busbar:test;s=Station.Types.String,,
 Station.Types.UInt16,,i64,,,,nsu=urn:busbar:test;s=Station.Types.UInt16,,
 Station.Types.UInt32,,i64,,,,nsu=urn:busbar:test;s=Station.Types.UInt32,,
 Station.Types.UInt64,,i64,,,,nsu=urn:busbar:test;s=Station.Types.UInt64,,
 Station.Voltage,"Voltage, ""L1-L2""",f64,kV,0,400,nsu=urn:busbar:test;s=Station.Voltage,,
 "#;
-const REFUSED: [(&str, &str); 7] = [
+const REFUSED: [(&str, &str); 5] = [
     ("Bay 1.Closed", "its AccessLevel does not allow this user to read it"),
     ("Bay 1.Matrix", "a matrix: only elements of one-dimensional arrays can be tags"),
     ("Types.ByteString", "a ByteString is no measured value"),
     ("Types.DateTime", "a DateTime is no measured value"),
     ("Types.Guid", "a Guid is no measured value"),
-    ("Types.LocalizedText", "a text: its states have no names on the server; add a bool or"),
-    ("Types.String", "a text: its states have no names on the server; add a bool or"),
 ];
 
 /// Runs the command `points` against a server at a port; `settings` are added to the URL.
@@ -78,7 +78,7 @@ fn everything_that_can_be_a_tag_is_listed_and_the_rest_is_named() {
     let run = points(peer.port, &json!({}), &[]);
     assert_eq!((run.exit_code, list(&run)), (Some(0), LIST), "{:?}", run.diagnostics);
     let mut said = run.diagnostics.iter().map(|(_, message)| message.as_str());
-    assert_eq!(said.next(), Some("tags: 26; variables that cannot be tags: 7"));
+    assert_eq!(said.next(), Some("tags: 28; variables that cannot be tags: 5"));
     for ((path, reason), said) in REFUSED.iter().zip(said.by_ref()) {
         let wanted = format!("no tag: Station.{path}: {reason}");
         assert!(said.starts_with(&wanted), "{wanted}: {said}");
@@ -105,7 +105,7 @@ fn browsing_begins_at_the_nodes_that_are_named() {
     let Some(peer) = peer::start(&json!({"space": {}})) else { return };
     let at = |nodes: &[&str]| points(peer.port, &json!({}), nodes);
     let run = at(&["nsu=urn:busbar:test;s=Types"]);
-    assert_eq!(list(&run).lines().count(), 13, "{}", list(&run));
+    assert_eq!(list(&run).lines().count(), 15, "{}", list(&run));
     assert_eq!(list(&run).lines().nth(1).unwrap().split(',').next(), Some("Boolean"));
     // By index too, and several together.
     let run = at(&["ns=2;s=Types", "ns=2;s=Bay"]);
@@ -117,12 +117,12 @@ fn browsing_begins_at_the_nodes_that_are_named() {
     // Of the standard's nodes, where they are asked for.
     let run = at(&["i=2253"]);
     assert!(list(&run).contains("ServerStatus.State,"), "{}", list(&run));
-    check_refused(&at(&["Station"]), abi::BUSBAR_EXIT_USAGE, "'Station' is no node id");
-    check_refused(&at(&["ns=2;s=None"]), abi::BUSBAR_EXIT_INPUT, "browsing: BadNodeIdInvalid");
+    check_refused(&at(&["Station"]), abi::BUSBAR_EXIT_CODE_USAGE, "'Station' is no node id");
+    check_refused(&at(&["ns=2;s=None"]), abi::BUSBAR_EXIT_CODE_INPUT, "browsing: BadNodeIdInvalid");
     let nowhere = at(&["nsu=urn:other;s=Station"]);
-    check_refused(&nowhere, abi::BUSBAR_EXIT_INPUT, "no namespace of nsu=urn:other;s=Station");
-    let text = at(&["ns=2;s=Station.Types.String"]);
-    check_refused(&text, abi::BUSBAR_EXIT_INPUT, "no variable was found that can be a tag");
+    check_refused(&nowhere, abi::BUSBAR_EXIT_CODE_INPUT, "no namespace of nsu=urn:other;s=Station");
+    let guid = at(&["ns=2;s=Station.Types.Guid"]);
+    check_refused(&guid, abi::BUSBAR_EXIT_CODE_INPUT, "no variable was found that can be a tag");
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn a_server_that_freezes_is_given_up_in_time() {
         };
         let begun = Instant::now();
         let run = points(peer.port, &json!({"silence_seconds": 0.7}), &[]);
-        check_refused(&run, abi::BUSBAR_EXIT_INPUT, "the server was silent for 700 ms");
+        check_refused(&run, abi::BUSBAR_EXIT_CODE_INPUT, "the server was silent for 700 ms");
         assert!(begun.elapsed() < PATIENCE, "{:?}", begun.elapsed());
     }
 }
@@ -155,7 +155,7 @@ fn a_server_that_freezes_is_given_up_in_time() {
 fn each_server_that_cannot_be_asked_is_named_and_the_next_one_is() {
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
     let run = points(port, &json!({}), &[]);
-    check_refused(&run, abi::BUSBAR_EXIT_INPUT, "connection refused");
+    check_refused(&run, abi::BUSBAR_EXIT_CODE_INPUT, "connection refused");
     let Some(peer) = peer::start(&json!({"space": {}})) else { return };
     let other = format!("opc.tcp://127.0.0.1:{}/test", peer.port);
     let run = points(port, &json!({"redundancy": [other]}), &[]);

@@ -120,12 +120,13 @@ pub(super) fn meaning(nature: Nature, data_type: &DataType, properties: &Propert
     let with = |states| Meaning { kind: "double_point", states, names: String::new() };
     match nature {
         Nature::Number => plain("f64"),
+        Nature::Text => plain("text"),
         Nature::Boolean => {
             let names = properties.two_states();
             positions(&names)
                 .map_or_else(|| Meaning { names: listed(&names), ..plain("bool") }, with)
         }
-        _ => {
+        Nature::Integer | Nature::Any | Nature::Unfit(_) => {
             let own = properties.names();
             let names = if own.is_empty() { &data_type.names } else { &own };
             positions(names).map_or_else(|| Meaning { names: listed(names), ..plain("i64") }, with)

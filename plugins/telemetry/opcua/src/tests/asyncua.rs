@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use busbar_plugin_sdk::DoublePoint;
+use busbar_plugin_sdk::{DoublePoint, Text};
 
 use peer_process::Peer;
 
@@ -36,8 +36,17 @@ fn cases() -> Vec<Case> {
     let floats = [-230.5, 1024.25].map(|value| (json!(value), Value::F64(value)));
     cases.push(("Float", ValueKind::F64, floats.clone()));
     cases.push(("Double", ValueKind::F64, floats));
-    cases.push(("String", ValueKind::F64, [("1.5", 1.5), ("-2", -2.0)].map(text)));
-    cases.push(("LocalizedText", ValueKind::F64, [("1.5", 1.5), ("-2", -2.0)].map(text)));
+    cases.push(("String", ValueKind::F64, [("1.5", 1.5), ("-2", -2.0)].map(number)));
+    cases.push(("LocalizedText", ValueKind::F64, [("1.5", 1.5), ("-2", -2.0)].map(number)));
+    for name in ["String", "LocalizedText"] {
+        cases.push((
+            name,
+            ValueKind::Text,
+            ["AUTO", "Wärme 電"].map(|text| (json!(text), self::text(text))),
+        ));
+    }
+    let numbers = [u64::MAX, 42].map(|value| (json!(value), text(&value.to_string())));
+    cases.push(("UInt64", ValueKind::Text, numbers));
     let time = i64::try_from(TIME_MILLIS).unwrap();
     let times = [time, time + 1].map(|millis| (json!(millis), Value::I64(millis)));
     cases.push(("DateTime", ValueKind::I64, times));
@@ -48,8 +57,33 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn text((text, value): (&str, f64)) -> (Json, Value) {
+fn number((text, value): (&str, f64)) -> (Json, Value) {
     (json!(text), Value::F64(value))
+}
+
+fn text(text: &str) -> Value {
+    Value::Text(Text::new(text).unwrap())
+}
+
+#[test]
+fn a_long_text_is_cut_and_uncertain_and_other_types_are_bad() {
+    let nodes = [
+        node("long", "String", &json!("x".repeat(256))),
+        node("empty", "String", &json!("")),
+        node("float", "Double", &json!(1.0)),
+        node("Boolean", "Boolean", &json!(true)),
+    ];
+    let Some(peer) = peer::start(&json!({"nodes": nodes})) else { return };
+    let names = ["long", "empty", "float", "Boolean"];
+    let tags = (0..).zip(names).map(|(index, name)| tag(index, ValueKind::Text, name));
+    let running = start(peer.port, &json!({}), tags.collect());
+    let cut = Some(text(&format!("{}…", "x".repeat(252))));
+    running.wait("cut text", 0, |sample| {
+        sample.value == cut && sample.quality == Quality::Uncertain(Reason::Configuration)
+    });
+    running.wait_for(1, text(""));
+    running.wait_for_bad(2, Reason::Configuration);
+    running.wait_for_bad(3, Reason::Configuration);
 }
 
 #[test]
@@ -64,7 +98,7 @@ fn every_type_is_read_with_its_source_time() {
     let tags = (0..).zip(&cases).map(|(index, (_, kind, _))| tag(index, *kind, &name(index)));
     let running = start(peer.port, &json!({}), tags.collect());
     for (index, (_, _, [(_, expected), _])) in (0..).zip(&cases) {
-        running.wait_for(index, *expected);
+        running.wait_for(index, expected.clone());
     }
     let states: Vec<_> = running.recorder.recording().links.iter().map(|link| link.0).collect();
     assert_eq!(states, [LinkState::Connecting, LinkState::Up]);
@@ -74,11 +108,11 @@ fn every_type_is_read_with_its_source_time() {
         changed["time_millis"] = json!(TIME_MILLIS);
         peer.command(&json!({"set": changed}));
         running.wait_for_any(index, |sample| {
-            sample.value == Some(*expected) && sample.source_time == Some(wanted)
+            sample.value.as_ref() == Some(expected) && sample.source_time == Some(wanted)
         });
         // It is old, and so now: the server vouches for it.
         running.wait("confirmation", index, |sample| {
-            sample.value == Some(*expected) && sample.source_time.is_none()
+            sample.value.as_ref() == Some(expected) && sample.source_time.is_none()
         });
     }
 }
@@ -155,7 +189,8 @@ fn quality_is_carried_over() {
         peer.command(&json!({"set": changed}));
         // asyncua sends no value beside a bad status.
         let expected = (!matches!(quality, Quality::Bad(_))).then_some(Value::F64(value));
-        running.wait("quality", 1, |sample| (sample.value, sample.quality) == (expected, quality));
+        running
+            .wait("quality", 1, |sample| (&sample.value, sample.quality) == (&expected, quality));
     }
 }
 

@@ -29,7 +29,7 @@ fn begin(settings: &Json) -> (ScriptedServer, Running) {
 fn story(running: &Running, tag: u32) -> Vec<(Option<Value>, Quality)> {
     let samples = running.recorder.recording().samples;
     let samples = samples.iter().filter(|sample| sample.tag == tag);
-    let mut story: Vec<_> = samples.map(|sample| (sample.value, sample.quality)).collect();
+    let mut story: Vec<_> = samples.map(|sample| (sample.value.clone(), sample.quality)).collect();
     story.dedup();
     story
 }

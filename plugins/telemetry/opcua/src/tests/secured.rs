@@ -308,12 +308,12 @@ fn points_are_listed_with_the_same_security_and_the_same_users() {
     assert_eq!(run.exit_code, Some(0), "{:?}", run.diagnostics);
     assert!(list(&run).contains("\nTest.A,,f64,,,,nsu=urn:busbar:test;s=A,,\n"), "{}", list(&run));
     let run = points(setting.peer.port, &with(security, "user", user("wrong")), &[]);
-    check_refused(&run, abi::BUSBAR_EXIT_INPUT, "user: ");
+    check_refused(&run, abi::BUSBAR_EXIT_CODE_INPUT, "user: ");
     // A certificate that somebody else has, and one that is not trusted any more.
     let other = setting.security("expired_client", "Basic256Sha256", "SignAndEncrypt");
     check_refused(
         &points(setting.peer.port, &with(other, "user", user("right")), &[]),
-        abi::BUSBAR_EXIT_INPUT,
+        abi::BUSBAR_EXIT_CODE_INPUT,
         "security: ",
     );
     fs::remove_file(setting.path("trusted/server.der")).unwrap();
@@ -321,7 +321,7 @@ fn points_are_listed_with_the_same_security_and_the_same_users() {
     let security = setting.security("client", "Basic256Sha256", "SignAndEncrypt");
     check_refused(
         &points(setting.peer.port, &with(security, "user", user("right")), &[]),
-        abi::BUSBAR_EXIT_INPUT,
+        abi::BUSBAR_EXIT_CODE_INPUT,
         "is not trusted: check at the server",
     );
 }

@@ -1,13 +1,13 @@
 //! Values and qualities of cells.
 
-use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Quality, Reason, Value, ValueKind, text_value};
 use source_units::units_conflict;
 use text_table::{StateWords, find_quality, shorten};
 
 use super::config::CsvConfig;
 
 /// Meaning of a cell.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum CellValue {
     /// Cell without any text.
     Empty,
@@ -15,6 +15,8 @@ pub(super) enum CellValue {
     NoValue,
     /// A value, perhaps no finite number.
     Value(Value),
+    /// A text, uncertain where it was cut or its file has no such character.
+    Text(Value, Quality),
 }
 
 /// Reads a cell of a tag; `unit` is the unit of its column, learnt from its first cell.
@@ -44,7 +46,8 @@ pub(super) fn read_cell(
             states.list()
         ));
     }
-    if is_no_value(text, config) {
+    // A mode may be called `none` or `shutdown`: only words of the settings are no text.
+    if (kind != ValueKind::Text || config.has_own_no_value) && is_no_value(text, config) {
         return Ok(CellValue::NoValue);
     }
     let lower = text.to_lowercase();
@@ -73,8 +76,19 @@ pub(super) fn read_cell(
             }
             value
         }
+        (ValueKind::Text, _) => return Ok(text_cell(text)),
     };
     Ok(CellValue::Value(value))
+}
+
+/// Makes the value of a text tag of a cell as it stands. Bytes that are no text in the encoding of
+/// the file were replaced as it was read.
+fn text_cell(text: &str) -> CellValue {
+    let (value, quality) = text_value(text);
+    let is_malformed = text.contains(char::REPLACEMENT_CHARACTER);
+    let doubt =
+        if is_malformed { Quality::Uncertain(Reason::Configuration) } else { Quality::Good };
+    CellValue::Text(value, quality.worst(doubt))
 }
 
 fn no_value_of(text: &str, expected: &str) -> String {

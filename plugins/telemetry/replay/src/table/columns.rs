@@ -15,6 +15,10 @@ use crate::recording::Update;
 use crate::remarks::Remarks;
 use crate::settings::EmptyCells;
 
+/// Remark on a text that is uncertain.
+const TEXT_DOUBT: &str = "a text has more bytes than a tag's may have, 255, or no character of the \
+                          file's encoding (csv.encoding); taken as uncertain";
+
 /// Names in long form that no tag has are not kept; those of tags are.
 pub(super) struct Columns {
     config: CsvConfig,
@@ -259,6 +263,12 @@ impl Columns {
                     Update::missing(point, nanos, Reason::NotFinite)
                 }
                 Ok(CellValue::Value(value)) => Update { point, nanos, value: Some(value), quality },
+                Ok(CellValue::Text(value, own)) => {
+                    if !own.is_good() {
+                        remarks.add(format!("line {}: {TEXT_DOUBT}", row.line));
+                    }
+                    Update { point, nanos, value: Some(value), quality: quality.worst(own) }
+                }
                 Ok(CellValue::Empty | CellValue::NoValue) => Update::missing(point, nanos, MISSING),
                 Err(what) => {
                     remarks.add(format!("line {}: {what}; taken as missing", row.line));

@@ -55,6 +55,8 @@ pub(crate) struct CsvConfig {
     pub(crate) empty_cells: EmptyCells,
     /// Words that are no value, in lower case.
     pub(crate) no_value: HashSet<String>,
+    /// True where the settings name the words that are no value.
+    pub(crate) has_own_no_value: bool,
     /// Names of rows by which the recorder says that it stopped.
     pub(crate) stop_names: HashSet<String>,
 }

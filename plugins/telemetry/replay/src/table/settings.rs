@@ -71,7 +71,7 @@ pub(crate) struct RawCsv {
     /// Meaning of an empty cell.
     empty_cells: EmptyCells,
     /// Words that are no value, without regard to case, in place of those that are known, such
-    /// as `unknown`, `unavailable`, `---` and `n/a`.
+    /// as `unknown`, `unavailable`, `---` and `n/a`. Of text tags words given here alone are none.
     no_value: Option<Vec<String>>,
     /// Long form: names of rows by which the recorder says that it stopped, such as `$RT_OFF$` of
     /// WinCC; all tags are bad from there until their next row.
@@ -173,6 +173,7 @@ impl RawCsv {
             units_row: self.units_row,
             empty_cells: self.empty_cells,
             no_value: words.into_iter().collect(),
+            has_own_no_value: self.no_value.is_some(),
             stop_names: self.stop_names.iter().map(|name| name.trim().to_owned()).collect(),
         }
     }

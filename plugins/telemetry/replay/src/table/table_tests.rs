@@ -1,5 +1,5 @@
 use busbar_plugin_sdk::testing::tag_spec;
-use busbar_plugin_sdk::{DoublePoint, Quality, Sample, TagSpec, Value, ValueKind};
+use busbar_plugin_sdk::{DoublePoint, Quality, Sample, TagSpec, Text, Value, ValueKind};
 use serde_json::json;
 
 use crate::probe::{Bytes, play};
@@ -16,7 +16,7 @@ fn read(csv: serde_json::Value, tags: &[TagSpec], text: &str) -> Result<Found, S
     let keep = |batch: &[Sample]| {
         found.extend(batch.iter().map(|sample| {
             let since = sample.source_time.unwrap().duration_since(std::time::UNIX_EPOCH).unwrap();
-            (sample.tag, since.as_millis() as u64, sample.value, sample.quality)
+            (sample.tag, since.as_millis() as u64, sample.value.clone(), sample.quality)
         }));
     };
     let played = play(settings, tags, Bytes::Csv(text.into()), keep);
@@ -92,7 +92,7 @@ fn every_kind_is_read() {
         tag(4, ValueKind::DoublePoint, json!({"off": "off", "on": "on"})),
     ];
     let found = read(json!({"time_format": "seconds"}), &tags, text).unwrap();
-    let values: Vec<_> = found.iter().map(|(_, _, value, _)| *value).collect();
+    let values: Vec<_> = found.iter().map(|(_, _, value, _)| value.clone()).collect();
     let position = |position| Some(Value::DoublePoint(position));
     assert_eq!(
         values,
@@ -115,15 +115,54 @@ fn every_kind_is_read() {
 }
 
 #[test]
+fn texts_are_cells_as_they_stand() {
+    let long = "x".repeat(256);
+    let cut = format!("{}…", "x".repeat(252));
+    let table = format!(
+        "time,m,q\n0,AUTO,good\n1,\"Hand; local\",bad\n2,1.50 kV,good\n3,shutdown,good\n\
+         4,,good\n5,AUTO,good\n6,AUTO,good\n7,{long},good\n8,{long},bad\n"
+    );
+    let text = |text: &str| Some(Value::Text(Text::new(text).unwrap()));
+    let tags = [tag_spec(1, "m", ValueKind::Text, json!({"column": "m", "quality": "q"}))];
+    let csv = |no_value: serde_json::Value| -> serde_json::Value {
+        json!({"time_format": "seconds", "no_value": no_value, "units_row": false})
+    };
+    let bad = Quality::Bad(Reason::Unknown);
+    let mut expected = vec![
+        (1, 0, text("AUTO"), Quality::Good),
+        (1, 1000, text("Hand; local"), bad),
+        (1, 2000, text("1.50 kV"), Quality::Good),
+        (1, 3000, text("shutdown"), Quality::Good),
+        missing(1, 4000),
+        (1, 5000, text("AUTO"), Quality::Good),
+        (1, 6000, text("AUTO"), Quality::Good),
+        (1, 7000, text(&cut), Quality::Uncertain(Reason::Configuration)),
+        (1, 8000, text(&cut), bad),
+    ];
+    assert_eq!(read(csv(json!(null)), &tags, &table).unwrap(), expected);
+    expected[3] = missing(1, 3000);
+    assert_eq!(read(csv(json!(["Shutdown"])), &tags, &table).unwrap(), expected);
+
+    // Bytes that are no text in the file's encoding.
+    let settings = json!({"file": "/a.csv", "csv": {"time_format": "seconds"}});
+    let mut found = Vec::new();
+    let keep = |batch: &[Sample]| found.extend_from_slice(batch);
+    let bytes = Bytes::Csv(b"time,m,q\n0,AUT\xD6,good\n".into());
+    play(serde_json::from_value(settings).unwrap(), &tags, bytes, keep).unwrap();
+    assert_eq!(found[0].value, text("AUT\u{fffd}"));
+    assert_eq!(found[0].quality, Quality::Uncertain(Reason::Configuration));
+}
+
+#[test]
 fn an_empty_cell_is_missing_or_nothing() {
     let text = "time,a,b\n0,1,NaN\n1,,2\n";
     let tags = [f64_of("a", 1), f64_of("b", 2)];
     let found = read(json!({"time_format": "seconds"}), &tags, text).unwrap();
-    let not_finite = (2, 0, None, Quality::Bad(Reason::NotFinite));
-    assert_eq!(found, [good(1, 0, 1.0), not_finite, missing(1, 1000), good(2, 1000, 2.0)]);
+    let not_finite = || (2, 0, None, Quality::Bad(Reason::NotFinite));
+    assert_eq!(found, [good(1, 0, 1.0), not_finite(), missing(1, 1000), good(2, 1000, 2.0)]);
     let csv = json!({"time_format": "seconds", "empty_cells": "unchanged"});
     let found = read(csv, &tags, text).unwrap();
-    assert_eq!(found, [good(1, 0, 1.0), not_finite, good(2, 1000, 2.0)]);
+    assert_eq!(found, [good(1, 0, 1.0), not_finite(), good(2, 1000, 2.0)]);
 }
 
 #[test]
@@ -137,11 +176,12 @@ fn bad_rows_are_told_and_do_not_stop_the_rest() {
     let mut table = Table::new(&config, std::io::Cursor::new(text), &points, &mut remarks).unwrap();
     let mut updates = Vec::new();
     while table.read(&mut updates, &mut remarks).unwrap().is_some() {}
-    let values: Vec<_> = updates.iter().map(|update| update.value).collect();
-    let good = [2.0, 4.0, 5.0].map(|value| Some(Value::F64(value)));
+    let values: Vec<_> = updates.iter().map(|update| update.value.clone()).collect();
     // Each of the others makes the tag bad, until a row can be read.
-    let bad = [None; 4];
-    assert_eq!(values, [&[None, good[0]][..], &bad, &[None, good[1], good[2]]].concat());
+    let expected =
+        [[None, Some(2.0)].as_slice(), &[None; 4], &[None, Some(4.0), Some(5.0)]].concat();
+    let expected: Vec<_> = expected.into_iter().map(|value| value.map(Value::F64)).collect();
+    assert_eq!(values, expected);
     assert!(updates.iter().all(|update| update.value.is_some() == update.quality.is_good()));
     let expected = [
         "line 2: 'soon' is not a number of seconds: is csv.time_format right?; the row is left out",
@@ -206,8 +246,7 @@ fn a_row_that_cannot_be_read_is_of_its_tag_or_of_all() {
     let text = b"time,name,value\n0,a,1\n1,\xff,5\n2,a,2\n".to_vec();
     let settings = json!({"file": "/a.csv", "max_updates_per_second": 0, "csv": csv()});
     let mut values = Vec::new();
-    let keep =
-        |batch: &[Sample]| values.extend(batch.iter().map(|sample| (sample.tag, sample.value)));
+    let keep = |batch: &[Sample]| values.extend(batch.iter().map(|s| (s.tag, s.value.clone())));
     play(serde_json::from_value(settings).unwrap(), &tags, Bytes::Csv(text), keep).unwrap();
     let value = |value| Some(Value::F64(value));
     assert_eq!(values, [(1, value(1.0)), (1, None), (2, None), (1, value(2.0))]);

@@ -283,7 +283,7 @@ fn every_export_has_its_value_with_the_settings_of_a_person() {
         let (_folder, running) = run("a.csv", &case.bytes, &case.csv, tags.collect());
         let samples = running.played();
         for (index, (_, _, expected)) in case.tags.iter().enumerate() {
-            let last = of_tag(&samples, index as u32).last().copied().expect(case.name);
+            let last = of_tag(&samples, index as u32).pop().expect(case.name);
             assert_eq!(last.value, *expected, "{}: tag {index}", case.name);
             let is_good = last.quality == Quality::Good;
             assert_eq!(is_good, expected.is_some(), "{}: {:?}", case.name, last.quality);
@@ -331,7 +331,7 @@ fn an_hour_that_was_twice_is_uncertain_and_one_that_never_was_is_bad() {
     let (_folder, running) = run("a.csv", text.as_bytes(), &zone, tags());
     let samples = running.played();
     let uncertain = Quality::Uncertain(Reason::SourceTime);
-    let found: Vec<_> = samples.iter().map(|sample| (sample.value, sample.quality)).collect();
+    let found: Vec<_> = samples.into_iter().map(|sample| (sample.value, sample.quality)).collect();
     let value = |row: usize| Some(Value::F64(row as f64));
     assert_eq!(
         found,
@@ -346,7 +346,7 @@ fn an_hour_that_was_twice_is_uncertain_and_one_that_never_was_is_bad() {
     let text =
         format!("time,A\n{}", rows(&["2026-03-29 01:30", "2026-03-29 02:30", "2026-03-29 03:30"]));
     let (_folder, running) = run("a.csv", text.as_bytes(), &zone, tags());
-    let found: Vec<_> = running.played().iter().map(|sample| sample.value).collect();
+    let found: Vec<_> = running.played().into_iter().map(|sample| sample.value).collect();
     assert_eq!(found, [value(0), None, value(2)]);
 }
 
@@ -462,7 +462,7 @@ fn a_unit_of_the_file_that_is_not_the_tags_is_refused() {
         running.wait_for_link(LinkState::Down, &part);
         let text = format!("time,A\n{iso},1\n{iso},142 {found}\n");
         let (_folder, running) = run("a.csv", text.as_bytes(), &json!({}), tag_in(wanted));
-        let last = running.played().last().copied().unwrap();
+        let last = running.played().pop().unwrap();
         assert_eq!((last.value, last.quality), (None, Quality::Bad(Reason::Sensor)), "{found}");
         // Without a unit of the tag, as where the host scales samples, the file's counts.
         let (_folder, running) = run("a.csv", text.as_bytes(), &json!({}), tag_in(""));
@@ -561,7 +561,7 @@ fn what_is_written_in_any_dialect_is_read_in_it() {
         }
         let tags = vec![tag_spec(0, "A", F64, json!({"column": name, "unit": "°C"}))];
         let (_folder, running) = run("a.csv", &bytes, &csv, tags);
-        let found: Vec<_> = running.played().iter().map(|sample| sample.value).collect();
+        let found: Vec<_> = running.played().into_iter().map(|sample| sample.value).collect();
         let expected: Vec<_> = values.into_iter().map(|value| Some(Value::F64(value))).collect();
         assert_eq!(found, expected, "round {round}: {csv}\n{text}");
     }

@@ -20,7 +20,7 @@ fn what_cannot_be_opened_is_said_and_tried_again() {
     let running = start(&cfg, json!({}), all_tags());
     running.wait_for_link(LinkState::Down, "fault.dat': there is no such file: is the path right?");
     let bad = Sample::bad(0, Reason::Communication);
-    assert!(running.recorder.wait_until(PATIENCE, |seen| seen.latest(0) == Some(bad)));
+    assert!(running.recorder.wait_until(PATIENCE, |seen| seen.latest(0).as_ref() == Some(&bad)));
     std::fs::write(&dat, data).unwrap();
     running.wait_for_link(LinkState::Up, "REPLAY");
     running.wait_for_link(LinkState::Down, "the recording has ended");
@@ -92,7 +92,7 @@ fn addresses_that_do_not_fit_the_file_are_named() {
     let running = start(&cfg, json!({}), tags);
     running.wait_for_link(LinkState::Down, "there is no analogue channel 'IB'");
     let bad = Sample::bad(0, Reason::Configuration);
-    assert!(running.recorder.wait_until(PATIENCE, |seen| seen.latest(0) == Some(bad)));
+    assert!(running.recorder.wait_until(PATIENCE, |seen| seen.latest(0).as_ref() == Some(&bad)));
 }
 
 #[test]

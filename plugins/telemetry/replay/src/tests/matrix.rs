@@ -20,6 +20,8 @@ const SAMPLE: u64 = 9 * STEPS as u64;
 /// Time between two rows.
 const STEP: Duration = Duration::from_millis(100);
 const TAGS: u32 = 3;
+/// Tag whose values are texts, but of COMTRADE, which has none.
+const TEXT: usize = 2;
 
 /// Kinds of recordings played.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,15 +57,30 @@ fn tags(kind: Kind) -> Vec<TagSpec> {
         Kind::Comtrade => "channel",
     };
     let tag = |tag: u32| {
-        tag_spec(tag, &format!("t{tag}"), ValueKind::I64, json!({key: format!("t{tag}")}))
+        let value_kind = value_of(kind, tag as usize, 0).kind();
+        tag_spec(tag, &format!("t{tag}"), value_kind, json!({key: format!("t{tag}")}))
     };
     (0..TAGS).map(tag).collect()
+}
+
+/// Value of a tag for the number of a step.
+fn value_of(kind: Kind, tag: usize, number: i64) -> Value {
+    match kind {
+        Kind::Wide | Kind::Long if tag == TEXT => {
+            Value::Text(Text::new(&format!("Mode {number}")).unwrap())
+        }
+        _ => Value::I64(number),
+    }
 }
 
 /// Rows of one instant, as they should be.
 fn rows(kind: Kind, number: usize, truth: &[i64]) -> Vec<Vec<u8>> {
     let time = number as f64 * STEP.as_secs_f64();
-    let values: Vec<String> = truth.iter().map(i64::to_string).collect();
+    let worded = |(tag, number): (usize, &i64)| match value_of(kind, tag, *number) {
+        Value::Text(text) => text.to_string(),
+        _ => number.to_string(),
+    };
+    let values: Vec<String> = truth.iter().enumerate().map(worded).collect();
     match kind {
         Kind::Wide => vec![format!("{time:.1},{},good", values.join(",")).into()],
         Kind::Comtrade => vec![format!("{},,{}", number + 1, values.join(",")).into()],
@@ -112,7 +129,8 @@ fn corrupt(
             let text = String::from_utf8(row.clone()).unwrap();
             let mut cells: Vec<&str> = text.split(',').collect();
             // The time, or a value of wide rows; of long ones the value.
-            let place = [0, 2][random.below(2)];
+            let is_text = kind == Kind::Long && index == TEXT;
+            let place = if is_text { 0 } else { [0, 2][random.below(2)] };
             cells[place] = ["?", "0x10", "1e", "\u{ff11}"][random.below(4)];
             *row = cells.join(",").into();
             own
@@ -197,14 +215,15 @@ fn run(kind: Kind, seed: u64) {
     let points = Points::parse(&tags, &config(kind)).unwrap();
     let mut remarks = Remarks::new(host(), String::new());
     let recording = open(kind, bytes, &points, &mut remarks);
-    let mut player = Player::new(recording, vec![false; tags.len()], None, 0, i64::MAX).unwrap();
+    let is_discrete = points.0.iter().map(|point| point.is_discrete()).collect();
+    let mut player = Player::new(recording, is_discrete, None, 0, i64::MAX).unwrap();
     let mut oracle = TruthOracle::new(seed, Duration::ZERO, &tags);
     let start = oracle.wall_clock();
     let sink = oracle.sink();
     let mut out = Vec::new();
     for (number, step) in steps.iter().enumerate() {
         for (tag, value) in (0..).zip(step.truth) {
-            oracle.set_truth(tag, Some(Value::I64(value)));
+            oracle.set_truth(tag, Some(value_of(kind, tag as usize, value)));
         }
         if !step.signs.is_empty() {
             oracle.note_sign(step.signs.iter().copied(), "a row that cannot be read");

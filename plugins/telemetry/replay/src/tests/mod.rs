@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Recorder, Recording, host, tag_spec};
 use busbar_plugin_sdk::{
-    LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Value, ValueKind,
+    LinkState, Plugin, Quality, Reason, Sample, TagSpec, Telemetry, Text, Value, ValueKind,
 };
 use serde_json::json;
 use tempfile::TempDir;
@@ -68,7 +68,7 @@ impl Running {
         assert!(self.recorder.wait_until(PATIENCE, all_over));
         let samples = self.recorder.recording().samples;
         let is_before = |sample: &&Sample| sample.quality != Quality::Bad(Reason::NotConnected);
-        samples.iter().filter(is_before).take_while(|sample| !is_over(sample)).copied().collect()
+        samples.iter().filter(is_before).take_while(|sample| !is_over(sample)).cloned().collect()
     }
 }
 
@@ -91,5 +91,5 @@ fn all_tags() -> Vec<TagSpec> {
 }
 
 fn of_tag(samples: &[Sample], tag: u32) -> Vec<Sample> {
-    samples.iter().filter(|sample| sample.tag == tag).copied().collect()
+    samples.iter().filter(|sample| sample.tag == tag).cloned().collect()
 }

@@ -63,8 +63,8 @@ fn compare(recipe: Recipe, file: &Path) {
         assert_eq!((ours.len(), times.len()), (theirs.len(), theirs.len()));
         for ((ours, theirs), time) in ours.iter().zip(theirs).zip(times) {
             let expected = theirs.filter(|value| *value > PEERS_MISSING);
-            let value = ours.value.map(|value| match value {
-                Value::F64(value) => value,
+            let value = ours.value.as_ref().map(|value| match value {
+                Value::F64(value) => *value,
                 other => panic!("{other:?}"),
             });
             assert_eq!(value, expected, "{recipe:?}, channel {channel}");
@@ -79,7 +79,7 @@ fn compare(recipe: Recipe, file: &Path) {
     }
     for channel in 0..18 {
         let ours = of_tag(&samples, channel + 2);
-        let ours: Vec<_> = ours.iter().map(|sample| sample.value.unwrap()).collect();
+        let ours: Vec<_> = ours.iter().flat_map(|sample| sample.value.clone()).collect();
         let theirs = numbers(&read["status"][channel as usize]);
         let theirs: Vec<_> = theirs.iter().map(|state| Value::Bool(*state == Some(1.0))).collect();
         assert_eq!(ours, theirs, "{recipe:?}, digital channel {channel}");

@@ -10,7 +10,7 @@ fn recipe() -> Recipe {
 }
 
 fn values(samples: &[Sample]) -> Vec<Option<Value>> {
-    samples.iter().map(|sample| sample.value).collect()
+    samples.iter().map(|sample| sample.value.clone()).collect()
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn a_tag_without_a_value_at_the_start_is_bad_there_in_every_pass() {
         |seen: &Recording| seen.samples.iter().filter(|s| s.value == Some(Value::I64(7))).count();
     assert!(running.recorder.wait_until(PATIENCE, |seen| passes(seen) > 5));
     let samples = Vec::from(running.recorder.recording().samples);
-    let second: Vec<_> = of_tag(&samples, 2).iter().map(|sample| sample.value).collect();
+    let second: Vec<_> = of_tag(&samples, 2).into_iter().map(|sample| sample.value).collect();
     for (index, value) in second.iter().enumerate() {
         assert_eq!(*value, [None, Some(Value::I64(7))][index % 2], "{second:?}");
     }
@@ -207,8 +207,8 @@ fn values_are_of_the_side_that_is_asked_for() {
         [("primary", 1.0, 100.0), ("secondary", 1.0 / 120.0, 1.0), ("as_recorded", 1.0, 1.0)];
     for (side, current_ratio, voltage_ratio) in ratios {
         let samples = start(&cfg, json!({"values": side}), all_tags()).played();
-        let value = |tag: u32, sample: usize| match of_tag(&samples, tag)[sample - 1].value {
-            Some(Value::F64(value)) => value,
+        let value = |tag: u32, sample: usize| match &of_tag(&samples, tag)[sample - 1].value {
+            Some(Value::F64(value)) => *value,
             other => panic!("{other:?}"),
         };
         let [raw_current, raw_voltage] = recipe().analogs(7).map(Option::unwrap);

@@ -230,9 +230,9 @@ fn read(file: &Path) -> Result<Recording, String> {
             let since = sample.source_time.and_then(|time| time.duration_since(UNIX_EPOCH).ok());
             let nanos = since.map(|since| since.as_nanos() as i64);
             let skew = cfg.analogs.get(sample.tag as usize).map_or(0, |channel| channel.skew_nanos);
-            let value = sample.value.map(|value| match value {
-                Value::F64(value) => value,
-                Value::Bool(value) => f64::from(u8::from(value)),
+            let value = sample.value.as_ref().map(|value| match value {
+                Value::F64(value) => *value,
+                Value::Bool(value) => f64::from(u8::from(*value)),
                 other => panic!("{other:?}"),
             });
             channels[sample.tag as usize].push((nanos.map(|nanos| nanos - skew), value));

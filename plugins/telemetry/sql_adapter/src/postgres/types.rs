@@ -46,14 +46,10 @@ impl<'a> FromSql<'a> for Cell<'a> {
             Type::FLOAT4 => Self::Float(f32::from_sql(of, bytes)?.into()),
             Type::FLOAT8 => Self::Float(f64::from_sql(of, bytes)?),
             Type::NUMERIC => numeric(bytes).ok_or("a malformed numeric")?,
-            Type::TEXT | Type::VARCHAR | Type::BPCHAR | Type::NAME | Type::UNKNOWN => {
-                Self::Text(Cow::from(std::str::from_utf8(bytes)?))
-            }
+            Type::TEXT | Type::VARCHAR | Type::BPCHAR | Type::NAME | Type::UNKNOWN => text(bytes),
             Type::TIMESTAMPTZ => time(i64::from_sql(of, bytes)?),
             Type::TIMESTAMP => local_time(i64::from_sql(of, bytes)?),
-            _ if matches!(of.kind(), Kind::Enum(_)) => {
-                Self::Text(Cow::from(std::str::from_utf8(bytes)?))
-            }
+            _ if matches!(of.kind(), Kind::Enum(_)) => text(bytes),
             _ => Self::Unusable(
                 format!("a value of type {of}, which no tag takes: cast it in the query").into(),
             ),
@@ -67,6 +63,11 @@ impl<'a> FromSql<'a> for Cell<'a> {
     fn accepts(_: &Type) -> bool {
         true
     }
+}
+
+/// Text of the server; one whose database has no encoding may hold any bytes.
+fn text(bytes: &[u8]) -> Cell<'_> {
+    str::from_utf8(bytes).map_or(Cell::NotUtf8(bytes), |text| Cell::Text(Cow::from(text)))
 }
 
 /// A timestamptz: microseconds since 2000; the ends of the range are infinity.

@@ -58,7 +58,8 @@ fn a_storm_comes_whole_and_in_order() {
         ));
         running.wait_for(1, Value::F64((STORM + 1000) as f64));
         let samples = running.recorder.recording().samples;
-        let values: Vec<_> = samples.iter().filter(|s| s.tag == 1).map(|s| s.value).collect();
+        let values: Vec<_> =
+            samples.iter().filter(|s| s.tag == 1).map(|s| s.value.clone()).collect();
         let expected: Vec<_> = (1..=STORM).map(|n| Some(Value::F64((n + 1000) as f64))).collect();
         assert!(values == expected, "{} of {STORM} came, in another order", values.len());
     }

@@ -17,7 +17,9 @@ use crate::points;
 const STEPS: usize = 4000;
 const SAMPLE: u64 = 3 * STEPS as u64;
 const STEP: Duration = Duration::from_millis(100);
-const TAGS: u32 = 4;
+const TAGS: u32 = 5;
+/// Tag whose values are texts.
+const TEXT: usize = 4;
 /// Columns of an answer.
 const COLUMNS: [&str; 4] = ["key", "value", "quality", "time"];
 /// Step by which the database's clock is set back at times.
@@ -35,6 +37,14 @@ fn text(text: impl Into<String>) -> Cell<'static> {
     Cell::Text(Cow::from(text.into()))
 }
 
+/// Value of a tag for the number of a step.
+fn value_of(tag: usize, number: i64) -> Value {
+    match tag {
+        TEXT => super::text(&format!("Mode {number}")),
+        _ => Value::I64(number),
+    }
+}
+
 /// A database whose answers get faults.
 struct Database {
     values: [i64; TAGS as usize],
@@ -46,7 +56,11 @@ struct Database {
 impl Database {
     fn row(&self, tag: usize) -> [Cell<'static>; 4] {
         let key = text(format!("t{tag}"));
-        [key, Cell::Int(self.values[tag]), text("good"), Cell::Time(self.time)]
+        let value = match value_of(tag, self.values[tag]) {
+            Value::Text(value) => text(value.as_str()),
+            _ => Cell::Int(self.values[tag]),
+        };
+        [key, value, text("good"), Cell::Time(self.time)]
     }
 
     /// The answer to a poll, and the tags whose rows have a fault.
@@ -80,9 +94,13 @@ impl Database {
                 ];
                 let place = 1 + self.random.below(3);
                 let other = unknown[self.random.below(unknown.len())].clone();
-                // As a value that is an integer as any other.
-                let is_integer = place == 1 && matches!(other, Cell::Int(_));
-                row[place] = if is_integer { Cell::Null } else { other };
+                // As a value that is an integer, or a text, as any other.
+                let fits = match other {
+                    Cell::Int(_) => true,
+                    Cell::Text(_) => index == TEXT,
+                    _ => false,
+                };
+                row[place] = if place == 1 && fits { Cell::Null } else { other };
                 own
             }
             MessageFault::Misassigned => match self.random.below(3) {
@@ -122,12 +140,18 @@ impl Database {
     fn payload(&mut self, tag: u32, fault: Option<MessageFault>) -> (String, Vec<u32>) {
         let (value, all) = (self.values[tag as usize], (0..TAGS).collect());
         let time = self.time.duration_since(SystemTime::UNIX_EPOCH).unwrap().as_secs_f64();
+        let value = match value_of(tag as usize, value) {
+            Value::Text(text) => format!("\"{text}\""),
+            _ => value.to_string(),
+        };
         let whole = format!(r#"{{"key": "t{tag}", "value": {value}, "time": {time}}}"#);
         match fault {
             Some(MessageFault::Cut) => (whole[..self.random.below(whole.len())].to_owned(), all),
             Some(MessageFault::Oversized) => (format!("{whole}{}", "]".repeat(7000)), all),
             Some(MessageFault::Unknown) => {
                 let other = ["\"?\"", "{}", "[1]", "0.5", "null", "1e300"][self.random.below(6)];
+                let is_text = tag as usize == TEXT && other == "\"?\"";
+                let other = if is_text { "true" } else { other };
                 let spoiled = if self.random.one_in(2) {
                     format!(r#"{{"key": "t{tag}", "value": {other}, "time": {time}}}"#)
                 } else {
@@ -163,7 +187,11 @@ fn read(point_states: &PointStates, rows: Vec<[Cell<'static>; 4]>) -> Result<Sam
 }
 
 fn tags() -> Vec<TagSpec> {
-    (0..TAGS).map(|tag| key(tag, "q", &format!("t{tag}"), ValueKind::I64)).collect()
+    let tag = |tag| {
+        let kind = value_of(tag as usize, 0).kind();
+        key(tag, "q", &format!("t{tag}"), kind)
+    };
+    (0..TAGS).map(tag).collect()
 }
 
 fn point_states(oracle: &TruthOracle) -> PointStates {
@@ -198,7 +226,7 @@ fn run(seed: u64) {
         if random.one_in(3) {
             let tag = random.below(TAGS as usize) as u32;
             database.values[tag as usize] = step as i64 * 10;
-            oracle.set_truth(tag, Some(Value::I64(step as i64 * 10)));
+            oracle.set_truth(tag, Some(value_of(tag as usize, step as i64 * 10)));
             let (payload, signs) = database.payload(tag, fault);
             if fault == Some(MessageFault::Lost) {
                 // Nobody can know; the next poll does.
@@ -221,7 +249,7 @@ fn run(seed: u64) {
             for tag in 0..TAGS {
                 let value = step as i64 * 10 + i64::from(tag);
                 database.values[tag as usize] = value;
-                oracle.set_truth(tag, Some(Value::I64(value)));
+                oracle.set_truth(tag, Some(value_of(tag as usize, value)));
                 oracle.note_message(tag);
             }
             // Some queries fail half-way, or as a whole.
@@ -267,7 +295,7 @@ fn rows_beyond_the_limit_make_all_tags_bad() {
         time: oracle.wall_clock(),
         random: FaultGenerator::new(0),
     };
-    (0..TAGS).for_each(|tag| oracle.set_truth(tag, Some(Value::I64(1))));
+    (0..TAGS).for_each(|tag| oracle.set_truth(tag, Some(value_of(tag as usize, 1))));
     let rows: Vec<_> = (0..TAGS as usize).map(|tag| database.row(tag)).collect();
     let outcome = read(&point_states, rows.clone());
     point_states.note_answer(0, outcome);
@@ -289,7 +317,7 @@ fn rows_that_stop_changing_age_by_their_time() {
         time: oracle.wall_clock(),
         random: FaultGenerator::new(0),
     };
-    (0..TAGS).for_each(|tag| oracle.set_truth(tag, Some(Value::I64(1))));
+    (0..TAGS).for_each(|tag| oracle.set_truth(tag, Some(value_of(tag as usize, 1))));
     for second in 0..20 {
         let rows = (0..TAGS as usize).map(|tag| database.row(tag)).collect();
         let outcome = read(&point_states, rows);
@@ -308,7 +336,7 @@ fn bad_quality_with_an_older_time_counts() {
         time: oracle.wall_clock(),
         random: FaultGenerator::new(0),
     };
-    (0..TAGS).for_each(|tag| oracle.set_truth(tag, Some(Value::I64(1))));
+    (0..TAGS).for_each(|tag| oracle.set_truth(tag, Some(value_of(tag as usize, 1))));
     let mut rows: Vec<_> = (0..TAGS as usize).map(|tag| database.row(tag)).collect();
     let outcome = read(&point_states, rows.clone());
     point_states.note_answer(0, outcome);

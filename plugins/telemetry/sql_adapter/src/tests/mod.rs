@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use busbar_plugin_sdk::testing::{Recorder, RunningPlugin, host, tag_spec};
 use busbar_plugin_sdk::{
-    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry,
+    DoublePoint, LinkState, Plugin, Quality, Reason, Sample, SampleFlags, TagSpec, Telemetry, Text,
     Value, ValueKind,
 };
 use serde_json::json;
@@ -47,6 +47,10 @@ fn key(tag: u32, query: &str, key: &str, kind: ValueKind) -> TagSpec {
 /// A tag named by the column of a query.
 fn column(tag: u32, query: &str, column: &str, kind: ValueKind) -> TagSpec {
     tag_spec(tag, &format!("tag{tag}"), kind, json!({"query": query, "column": column}))
+}
+
+fn text(text: &str) -> Value {
+    Value::Text(Text::new(text).unwrap())
 }
 
 /// A query that is asked often.

@@ -45,7 +45,7 @@ pub(super) fn oil(database: &Database) -> Running {
 #[test]
 fn every_type_comes_as_the_tag_has_it() {
     let database = Database::with("CREATE TABLE t (v)");
-    let cases: [(&str, ValueKind, Result<Value, Reason>); 12] = [
+    let cases: [(&str, ValueKind, Result<Value, Reason>); 19] = [
         ("-9223372036854775808", ValueKind::I64, Ok(Value::I64(i64::MIN))),
         ("61.5", ValueKind::F64, Ok(Value::F64(61.5))),
         ("7.0", ValueKind::I64, Ok(Value::I64(7))),
@@ -58,6 +58,13 @@ fn every_type_comes_as_the_tag_has_it() {
         ("x'00ff'", ValueKind::F64, Err(Reason::Configuration)),
         ("CAST(x'ff' AS TEXT)", ValueKind::F64, Err(Reason::Configuration)),
         ("hex(zeroblob(400000))", ValueKind::F64, Err(Reason::Configuration)),
+        ("'Hand ⚡'", ValueKind::Text, Ok(text("Hand ⚡"))),
+        ("''", ValueKind::Text, Ok(text(""))),
+        ("-9223372036854775808", ValueKind::Text, Ok(text("-9223372036854775808"))),
+        ("7.0", ValueKind::Text, Err(Reason::Configuration)),
+        ("x'00ff'", ValueKind::Text, Err(Reason::Configuration)),
+        ("NULL", ValueKind::Text, Err(Reason::Sensor)),
+        ("printf('%255s', 'x')", ValueKind::Text, Ok(text(&format!("{:>255}", "x")))),
     ];
     let columns: Vec<_> =
         cases.iter().enumerate().map(|(index, (sql, ..))| format!("{sql} AS c{index}")).collect();
@@ -68,11 +75,28 @@ fn every_type_comes_as_the_tag_has_it() {
     let running = start(settings, tags.collect());
     for (tag, (sql, _, expected)) in cases.iter().enumerate() {
         match expected {
-            Ok(value) => running.wait_for(tag as u32, *value),
+            Ok(value) => running.wait_for(tag as u32, value.clone()),
             Err(reason) => running.wait_for_bad(tag as u32, *reason),
         }
         let found = running.recorder.latest(tag as u32).unwrap();
         assert_eq!(found.value.is_some(), expected.is_ok(), "{sql}: {found:?}");
+    }
+}
+
+#[test]
+fn texts_that_are_cut_or_no_utf8_are_uncertain() {
+    let database = Database::with("CREATE TABLE t (v)");
+    let sql = "SELECT CAST(x'415554ff' AS TEXT) AS a, printf('%256s', 'x') AS b";
+    let settings = database.settings(&[query("q", sql)]);
+    let tags = ["a", "b"].into_iter().zip(0..);
+    let running =
+        start(settings, tags.map(|(name, tag)| column(tag, "q", name, ValueKind::Text)).collect());
+    let blanks = " ".repeat(252);
+    for (tag, expected) in [(0, "AUT\u{fffd}".to_owned()), (1, format!("{blanks}…"))] {
+        running.wait("text", tag, |sample| {
+            sample.value == Some(text(&expected))
+                && sample.quality == Quality::Uncertain(Reason::Configuration)
+        });
     }
 }
 

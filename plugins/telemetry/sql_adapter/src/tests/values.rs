@@ -44,6 +44,19 @@ const CASES: &[Case] = {
     ]
 };
 
+/// SQL of a value of a text tag, and the text; `None` where it does not fit.
+const TEXTS: [(&str, Option<&str>); 9] = [
+    ("'Hand ⚡'::text", Some("Hand ⚡")),
+    ("''::text", Some("")),
+    ("'AUTO'::char(8)", Some("AUTO")),
+    ("'SHUT'::switch_state", Some("SHUT")),
+    ("(-9223372036854775808)::int8", Some("-9223372036854775808")),
+    ("42::numeric(20, 2)", Some("42")),
+    ("42.5::numeric", None),
+    ("42::float8", None),
+    ("true", None),
+];
+
 #[test]
 fn every_type_comes_as_the_tag_has_it() {
     let Some(cluster) = Cluster::start() else { return };
@@ -55,9 +68,12 @@ fn every_type_comes_as_the_tag_has_it() {
     );
     let columns: Vec<_> =
         CASES.iter().enumerate().map(|(index, (sql, ..))| format!("{sql} AS c{index}")).collect();
+    let texts: Vec<_> =
+        TEXTS.iter().enumerate().map(|(index, (sql, _))| format!("{sql} AS t{index}")).collect();
     let settings = cluster.settings(&[
         query("all", &format!("SELECT {}", columns.join(", "))),
         query("breakers", "SELECT name AS key, state AS value FROM breaker"),
+        query("texts", &format!("SELECT {}", texts.join(", "))),
     ]);
     let mut tags: Vec<_> = CASES
         .iter()
@@ -70,15 +86,25 @@ fn every_type_comes_as_the_tag_has_it() {
         }});
         tags.push(tag_spec(tag, name, ValueKind::DoublePoint, address));
     }
+    let texts = (201..).zip(0..TEXTS.len());
+    tags.extend(
+        texts.map(|(tag, index)| column(tag, "texts", &format!("t{index}"), ValueKind::Text)),
+    );
     let running = start(settings, tags);
     for (index, (sql, kind, expected)) in CASES.iter().enumerate() {
         let tag = index as u32;
         match expected {
-            Ok(value) => running.wait_for(tag, *value),
+            Ok(value) => running.wait_for(tag, value.clone()),
             Err(reason) => running.wait_for_bad(tag, *reason),
         }
         let found = running.recorder.latest(tag).unwrap();
         assert_eq!(found.value.is_some(), expected.is_ok(), "{sql} as {kind:?}: {found:?}");
+    }
+    for (tag, expected) in (201..).zip(TEXTS.map(|(_, expected)| expected)) {
+        match expected {
+            Some(expected) => running.wait_for(tag, text(expected)),
+            None => running.wait_for_bad(tag, Reason::Configuration),
+        }
     }
     running.wait_for(101, Value::DoublePoint(DoublePoint::On));
     running.wait_for(102, Value::DoublePoint(DoublePoint::Off));

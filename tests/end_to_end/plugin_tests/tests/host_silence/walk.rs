@@ -230,7 +230,7 @@ impl Walk {
         for (tag, sent) in TAGS.iter().zip(&self.sent) {
             let Some((value, quality)) = content(tag, *sent) else { continue };
             let value = HostTagValue { value, quality, source_time: None, waited: Duration::ZERO };
-            self.viewer.set_tag(tag.id, &value).expect("it is the host's tag");
+            self.viewer.set_tag(tag.id, value).expect("it is the host's tag");
         }
     }
 

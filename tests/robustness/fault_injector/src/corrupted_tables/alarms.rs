@@ -19,7 +19,7 @@ unsafe extern "C" fn read(
     known_revision: u64,
     output: *mut abi::BusbarTextOutput,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let original = sdk_table::<abi::BusbarAlarms>(abi::ALARMS_ID).and_then(|table| table.read);
     let Some(read) = original else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.

@@ -23,7 +23,7 @@ unsafe extern "C" fn describe(
     plugin: *const abi::BusbarPlugin,
     output: *mut abi::BusbarTextOutput,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let Some(describe) = original().and_then(|t| t.describe) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { describe(plugin, output, error) };
@@ -38,7 +38,7 @@ unsafe extern "C" fn read(
     plugin: *const abi::BusbarPlugin,
     page: *mut abi::BusbarChartPage,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let Some(read) = original().and_then(|t| t.read) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { read(plugin, page, error) };
@@ -72,7 +72,7 @@ unsafe extern "C" fn explain(
     time_unix_nanos: i64,
     output: *mut abi::BusbarTextOutput,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let Some(explain) = original().and_then(|t| t.explain) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { explain(plugin, equipment, time_unix_nanos, output, error) };

@@ -39,7 +39,7 @@ unsafe extern "C" fn run_command(
     streams: *const abi::BusbarCommandStreams,
     result: *mut abi::BusbarCommandResult,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let Some(run) = sdk_command().and_then(|t| t.run) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let done = unsafe { run(plugin, call, streams, result, error) };

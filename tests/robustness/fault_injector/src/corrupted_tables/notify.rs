@@ -19,7 +19,7 @@ unsafe extern "C" fn notify(
     batch: abi::BusbarStr,
     output: *mut abi::BusbarTextOutput,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let original = sdk_table::<abi::BusbarNotify>(abi::NOTIFY_ID).and_then(|table| table.notify);
     let Some(notify) = original else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.

@@ -23,7 +23,7 @@ unsafe extern "C" fn describe(
     plugin: *const abi::BusbarPlugin,
     description: *mut abi::BusbarOverlayDescription,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let Some(describe) = original().and_then(|t| t.describe) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     unsafe { describe(plugin, description, error) }
@@ -34,7 +34,7 @@ unsafe extern "C" fn configure(
     bindings: *const abi::BusbarBinding,
     binding_count: usize,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let Some(configure) = original().and_then(|t| t.configure) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     unsafe { status(CallSite::Configure, configure(plugin, bindings, binding_count, error), error) }
@@ -45,7 +45,7 @@ unsafe extern "C" fn draw(
     frame: *const abi::BusbarOverlayFrame,
     output: *mut abi::BusbarOverlayOutput,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     let Some(draw) = original().and_then(|t| t.draw) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
     let drawn = unsafe { draw(plugin, frame, output, error) };
@@ -88,7 +88,7 @@ fn corrupt_verdicts(kind: Misbehavior, output: &mut abi::BusbarOverlayOutput) {
         }
         Misbehavior::SeverityOfNormal => {
             verdict.verdict = abi::BUSBAR_VERDICT_NORMAL;
-            verdict.flags = abi::BUSBAR_VERDICT_WARNING;
+            verdict.flags = abi::BUSBAR_VERDICT_FLAG_WARNING;
         }
         _ => {}
     }
@@ -137,7 +137,10 @@ mod tests {
         assert_eq!(corrupted(Misbehavior::VerdictOutOfRange).1.equipment, u32::MAX);
         let (_, silent) = corrupted(Misbehavior::UnknownWithoutReason);
         assert_eq!((silent.verdict, silent.reason_len), (abi::BUSBAR_VERDICT_UNKNOWN, 0));
-        assert_eq!(corrupted(Misbehavior::SeverityOfNormal).1.flags, abi::BUSBAR_VERDICT_WARNING);
+        assert_eq!(
+            corrupted(Misbehavior::SeverityOfNormal).1.flags,
+            abi::BUSBAR_VERDICT_FLAG_WARNING
+        );
         let (count, whole) = corrupted(Misbehavior::Overrun);
         assert_eq!((count, whole.reason_len), (1, 4));
     }

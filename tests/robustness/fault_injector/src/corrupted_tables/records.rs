@@ -24,7 +24,7 @@ unsafe extern "C" fn describe(
     plugin: *const abi::BusbarPlugin,
     output: *mut abi::BusbarTextOutput,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     inject(CallSite::DescribeRecords);
     let Some(describe) = original().and_then(|t| t.describe) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.
@@ -40,7 +40,7 @@ unsafe extern "C" fn read(
     plugin: *const abi::BusbarPlugin,
     page: *mut abi::BusbarRecordPage,
     error: *mut abi::BusbarError,
-) -> abi::BusbarStatus {
+) -> abi::BusbarStatusNumber {
     inject(CallSite::ReadRecords);
     let Some(read) = original().and_then(|t| t.read) else { return abi::BUSBAR_INTERNAL };
     // SAFETY: handed on as it came.

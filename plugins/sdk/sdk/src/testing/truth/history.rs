@@ -85,7 +85,7 @@ impl TagHistory {
     }
 
     pub(super) fn truth(&self) -> Option<Value> {
-        self.truths.back()?.value
+        self.truths.back()?.value.clone()
     }
 
     pub(super) fn set_truth(&mut self, order: u64, now: Duration, value: Option<Value>) {
@@ -107,7 +107,7 @@ impl TagHistory {
             self.shown_order = order;
             self.is_buffered = sample.flags.contains(SampleFlags::BUFFERED);
         }
-        push(&mut self.samples, (now, *sample), MAX_TOLD);
+        push(&mut self.samples, (now, sample.clone()), MAX_TOLD);
     }
 
     /// Judges the tag: returns true where it is good, and rightly so; the fault where it must not
@@ -125,7 +125,8 @@ impl TagHistory {
         else {
             return Ok(false);
         };
-        let Some(truth) = self.truths.iter().rfind(|truth| truth.value == Some(value)) else {
+        let Some(truth) = self.truths.iter().rfind(|truth| truth.value.as_ref() == Some(&value))
+        else {
             return Err("is good with a value that was not true at any time of late".into());
         };
         if let Some((_, until)) = truth.until

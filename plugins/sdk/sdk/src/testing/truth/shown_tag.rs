@@ -88,7 +88,7 @@ impl ShownTag {
 
     /// Returns the last value that counts.
     pub fn value(&self) -> Option<Value> {
-        self.value
+        self.value.clone()
     }
 
     /// Returns the quality at an instant of the host's clock.
@@ -105,7 +105,7 @@ impl ShownTag {
     /// Takes a sample that arrived at `now`, by the host's clock. Returns whether its value
     /// is now the one shown.
     pub fn take(&mut self, sample: &Sample, now: SystemTime) -> bool {
-        let time = match sample.value {
+        let time = match &sample.value {
             Some(_) => self.judge_time(sample, now),
             None => JudgedTime { source_time: None, valid_from: now, is_believed: true },
         };
@@ -121,12 +121,12 @@ impl ShownTag {
         let quality = worst(sample.quality, doubt);
         let is_buffered = sample.flags.contains(SampleFlags::BUFFERED);
         let is_outdated = is_buffered && self.is_newer_than(&time);
-        let value = sample.value.filter(|_| !is_outdated);
+        let value = sample.value.as_ref().filter(|_| !is_outdated);
         if sample.value.is_some() && is_outdated && quality.is_good() {
             return false;
         }
         if let Some(value) = value {
-            self.value = Some(value);
+            self.value = Some(value.clone());
             (self.verdict, self.doubt) = (judge_value(value, self.kind), doubt);
             (self.source_time, self.valid_from) = (time.source_time, time.valid_from);
         }
@@ -182,11 +182,12 @@ impl ShownTag {
 }
 
 /// Judges a value apart from its time, as the host does.
-fn judge_value(value: Value, kind: ValueKind) -> Quality {
+fn judge_value(value: &Value, kind: ValueKind) -> Quality {
     match value {
         _ if value.kind() != kind => Quality::Bad(Reason::Configuration),
         Value::DoublePoint(DoublePoint::BadState) => Quality::Uncertain(Reason::Sensor),
         Value::F64(number) if !number.is_finite() => Quality::Bad(Reason::NotFinite),
+        Value::Text(text) if !text.is_whole() => Quality::Uncertain(Reason::Configuration),
         _ => Quality::Good,
     }
 }

@@ -58,8 +58,8 @@ impl Overlay for MyPlugin {
     fn draw(&mut self, frame: &OverlayFrame<'_>, canvas: &mut Canvas<'_>) -> Result<(), Error> {
         let values: Vec<TagValue> = frame.values().collect();
         for (index, (binding, state)) in self.bindings.iter().zip(&values).enumerate() {
-            let severity = judge(binding, state.value);
-            let text = self.text(state.value, &binding.unit);
+            let severity = judge(binding, state.value.as_ref());
+            let text = self.text(state.value.as_ref(), &binding.unit);
             canvas.line(index, binding.node, severity, &binding.tag_name, &text)?;
             if severity > Severity::Normal {
                 canvas.tint(index, binding.node, severity)?;
@@ -74,7 +74,7 @@ impl Overlay for MyPlugin {
 
 impl MyPlugin {
     /// Formats a value with its unit. The host adds marks for quality and age.
-    fn text(&self, value: Option<Value>, unit: &str) -> String {
+    fn text(&self, value: Option<&Value>, unit: &str) -> String {
         let digits = usize::from(self.settings.digits);
         match value {
             None => "–".into(),
@@ -88,8 +88,10 @@ impl MyPlugin {
                 format!("{text} {unit}")
             }
             Some(Value::I64(value)) => format!("{value} {unit}"),
-            Some(Value::Bool(value)) => (if value { "on" } else { "off" }).into(),
+            Some(Value::Bool(value)) => (if *value { "on" } else { "off" }).into(),
             Some(Value::DoublePoint(position)) => format!("{position:?}"),
+            Some(Value::Text(text)) if text.as_str().is_empty() => "(empty)".into(),
+            Some(Value::Text(text)) => text.to_string(),
         }
     }
 }
@@ -107,7 +109,7 @@ impl MyPlugin {
         let known = |at: &usize| values[*at].good_number();
         let is_abnormal = |at: &usize| {
             let value = known(at).map(Value::F64);
-            judge(&self.bindings[*at], value) > Severity::Normal
+            judge(&self.bindings[*at], value.as_ref()) > Severity::Normal
         };
         let has_limits = |at: &usize| {
             let Binding { limit_low, limit_high, .. } = &self.bindings[*at];
@@ -132,10 +134,10 @@ impl MyPlugin {
 }
 
 /// Returns a warning outside the normal band.
-fn judge(binding: &Binding, value: Option<Value>) -> Severity {
+fn judge(binding: &Binding, value: Option<&Value>) -> Severity {
     let value = match value {
-        Some(Value::F64(value)) => value,
-        Some(Value::I64(value)) => value as f64,
+        Some(Value::F64(value)) => *value,
+        Some(Value::I64(value)) => *value as f64,
         _ => return Severity::Normal,
     };
     let below = binding.limit_low.is_some_and(|low| value < low);
