@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use crate::extensions::{Extensions, PrimitiveExtensions};
+use crate::extensions::{Extensions, MaterialExtensions, PrimitiveExtensions};
 
 #[derive(Default, Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -37,6 +37,15 @@ pub(crate) struct Document {
     pub(crate) buffer_views: Vec<BufferView>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) buffers: Vec<Buffer>,
+}
+
+impl Document {
+    /// Names an extension as used, once.
+    pub(crate) fn use_extension(&mut self, name: &'static str) {
+        if !self.extensions_used.contains(&name) {
+            self.extensions_used.push(name);
+        }
+    }
 }
 
 #[derive(Default, Serialize)]
@@ -99,6 +108,8 @@ pub(crate) struct Material {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) alpha_cutoff: Option<f32>,
     pub(crate) double_sided: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) extensions: Option<MaterialExtensions>,
 }
 
 #[derive(Serialize)]

@@ -1,10 +1,24 @@
-//! JSON of EXT_mesh_features (features of a primitive's vertices) and of EXT_structural_metadata
-//! (names of the features).
+//! JSON of EXT_mesh_features (features of a primitive's vertices), of EXT_structural_metadata
+//! (names of the features) and of KHR_materials_emissive_strength.
 
 use serde::Serialize;
 
 pub(crate) const MESH_FEATURES: &str = "EXT_mesh_features";
 pub(crate) const STRUCTURAL_METADATA: &str = "EXT_structural_metadata";
+pub(crate) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
+
+#[derive(Serialize)]
+pub(crate) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    pub(crate) emissive_strength: EmissiveStrength,
+}
+
+/// Factor of the emitted light, which the material's own factor keeps below one.
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct EmissiveStrength {
+    pub(crate) emissive_strength: f32,
+}
 
 #[derive(Serialize)]
 pub(crate) struct PrimitiveExtensions {

@@ -104,12 +104,12 @@ impl PropertyTables {
     pub(crate) fn finish(self, document: &mut Document, binary: &mut Binary) {
         let primitives = || document.meshes.iter().flat_map(|mesh| &mesh.primitives);
         if primitives().any(|primitive| primitive.extensions.is_some()) {
-            document.extensions_used.push(MESH_FEATURES);
+            document.use_extension(MESH_FEATURES);
         }
         if self.tables.is_empty() {
             return;
         }
-        document.extensions_used.push(STRUCTURAL_METADATA);
+        document.use_extension(STRUCTURAL_METADATA);
         let table = |(count, column): (usize, NameColumn)| PropertyTable {
             class: "equipment",
             count,

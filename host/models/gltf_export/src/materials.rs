@@ -7,6 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use crate::ExportError;
 use crate::binary::Binary;
 use crate::document::{self, Document, Image, PbrMetallicRoughness, Sampler, TextureInfo};
+use crate::extensions::{EMISSIVE_STRENGTH, EmissiveStrength, MaterialExtensions};
 
 const LINEAR: u32 = 9729;
 const LINEAR_MIPMAP_LINEAR: u32 = 9987;
@@ -49,6 +50,10 @@ impl<'a> MaterialWriter<'a> {
             AlphaMode::Mask(cutoff) => ("MASK", Some(cutoff)),
             AlphaMode::Blend => ("BLEND", None),
         };
+        let strength = emissive_strength(material.emissive);
+        if strength > 1.0 {
+            self.document.use_extension(EMISSIVE_STRENGTH);
+        }
         Ok(document::Material {
             name: material.name.clone(),
             pbr_metallic_roughness: PbrMetallicRoughness {
@@ -58,10 +63,13 @@ impl<'a> MaterialWriter<'a> {
                 roughness_factor: material.roughness,
                 metallic_roughness_texture: self.texture(material.metallic_roughness_texture)?,
             },
-            emissive_factor: material.emissive,
+            emissive_factor: material.emissive.map(|light| light / strength),
             alpha_mode,
             alpha_cutoff,
             double_sided: material.double_sided,
+            extensions: (strength > 1.0).then_some(MaterialExtensions {
+                emissive_strength: EmissiveStrength { emissive_strength: strength },
+            }),
         })
     }
 
@@ -125,4 +133,15 @@ fn wrap_code(wrap: Wrap) -> u32 {
         Wrap::Clamp => 33071,
         Wrap::Mirror => 33648,
     }
+}
+
+/// Returns the strength of emitted light: one, or the power of two that keeps the factor within
+/// one, so that their product is exact.
+fn emissive_strength(emissive: [f32; 3]) -> f32 {
+    let brightest = emissive.into_iter().fold(0.0, f32::max);
+    let mut strength = 1.0;
+    while strength < brightest && strength <= f32::MAX / 4.0 {
+        strength *= 2.0;
+    }
+    strength
 }

@@ -142,6 +142,11 @@ impl<'a> Accessor<'a> {
         Self { normalized: true, ..self }
     }
 
+    /// Reads integers as they are, whatever the file says.
+    pub(crate) fn into_whole(self) -> Self {
+        Self { normalized: false, ..self }
+    }
+
     /// Makes an accessor of the corners of a compressed mesh.
     pub(crate) fn corners(view: usize, values: &'a [u8]) -> Self {
         let count = values.len() / size_of::<u32>();

@@ -121,7 +121,14 @@ impl<'a> Buffers<'a> {
         }
         let here =
             |field: &str| format!("/bufferViews/{index}/extensions/EXT_meshopt_compression{field}");
-        let buffer = self.buffer(view.buffer.index(), || here("/buffer"))?;
+        let buffer = self.buffer(view.buffer.index(), || here("/buffer")).map_err(|error| {
+            // The uncompressed buffer may lack content, the compressed one must have it.
+            let ImportError { fault, place, .. } = error;
+            match fault {
+                ImportFault::NoContent => ImportFault::Invalid(fault.to_string()).at(place),
+                fault => fault.at(place),
+            }
+        })?;
         let offset = view.byte_offset.unwrap_or_default().0.into();
         let length = view.byte_length.0.into();
         let packed = range(buffer, offset, length, "the compressed view", || here(""))?;
@@ -200,10 +207,7 @@ impl<'a> Buffers<'a> {
         }
         match self.bin {
             Some(bin) if index == 0 => Ok(Content::Chunk(bin)),
-            _ => {
-                let what = "a buffer without URI and without GLB chunk".into();
-                Err(ImportFault::Invalid(what).at(format!("/buffers/{index}")))
-            }
+            _ => Err(ImportFault::NoContent.at(format!("/buffers/{index}"))),
         }
     }
 }

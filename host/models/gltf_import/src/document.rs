@@ -41,6 +41,7 @@ pub(crate) struct Document<'a> {
     pub(crate) nodes: Elements<'a>,
     pub(crate) samplers: Elements<'a>,
     pub(crate) scenes: Elements<'a>,
+    pub(crate) skins: Elements<'a>,
     pub(crate) textures: Elements<'a>,
     /// Index of the scene that is shown by default.
     pub(crate) scene: Option<Whole>,
@@ -193,12 +194,12 @@ pub(crate) fn parse<'a>(
         },
     )?;
     parser.end().map_err(|error| json_fault(&error, b"").at(TOP))?;
-    check_version(&root, text)?;
+    check_version(&root, text, notes)?;
     let mut budget =
         Budget { used: 0, limit: MAX_JSON_MEMORY + 2 * text.len() as u64, fault: None };
     let max_nodes = u64::from(limits.max_nodes);
     let mut elements = |name, what| root.elements(name, what, text, &mut budget, max_nodes);
-    let document = Document {
+    let mut document = Document {
         accessors: elements("accessors", "accessor")?,
         buffer_views: elements("bufferViews", "buffer view")?,
         buffers: elements("buffers", "buffer")?,
@@ -208,6 +209,7 @@ pub(crate) fn parse<'a>(
         nodes: elements("nodes", "node")?,
         samplers: elements("samplers", "sampler")?,
         scenes: elements("scenes", "scene")?,
+        skins: Elements::default(),
         textures: elements("textures", "texture")?,
         scene: match root.get("scene") {
             None => None,
@@ -219,14 +221,11 @@ pub(crate) fn parse<'a>(
     let mut names = |name| root.elements(name, "extension", text, &mut budget, max_nodes);
     let (used, required) = (names("extensionsUsed")?, names("extensionsRequired")?);
     required_extensions::check(&required, &used, notes)?;
-    for (name, note) in [
-        ("animations", "animation skipped"),
-        ("cameras", "camera skipped"),
-        ("skins", "skin skipped: its mesh is shown as modelled"),
-    ] {
-        // Nobody shows them: a list that is none is no fault.
-        match root.elements(name, note, text, &mut budget, max_nodes) {
-            Ok(skipped) => notes.add_many(note, skipped.len()),
+    for (name, what) in [("animations", "animation"), ("cameras", "camera"), ("skins", "skin")] {
+        // Shapes can be shown without them: a list that is none is no fault.
+        match root.elements(name, what, text, &mut budget, max_nodes) {
+            Ok(skins) if name == "skins" => document.skins = skins,
+            Ok(skipped) => notes.add_many(format!("{what} skipped"), skipped.len()),
             Err(error) if matches!(error.fault, ImportFault::TooMany { .. }) => return Err(error),
             Err(_) => notes.add(format!("list '{name}' skipped: it cannot be read")),
         }
@@ -416,7 +415,7 @@ impl Version<'_> {
 /// Major version that is read.
 const MAJOR: u32 = 2;
 
-fn check_version(root: &Root<'_>, text: &str) -> Result<(), ImportError> {
+fn check_version(root: &Root<'_>, text: &str, notes: &mut Notes) -> Result<(), ImportError> {
     let Some(asset) = root.get("asset") else {
         let is_list = |name| root.get(name).is_none_or(|raw| raw.get().starts_with('['));
         if !["meshes", "nodes", "buffers"].into_iter().all(is_list) {
@@ -430,12 +429,15 @@ fn check_version(root: &Root<'_>, text: &str) -> Result<(), ImportError> {
     let Some(version) = &asset.version else {
         return Err(ImportFault::Invalid("no version is given".into()).at(place));
     };
+    let major = |version: &Version<'_>| version.numbers().map(|(major, _)| major);
     let required = asset.min_version.as_ref();
-    let is_read = version.numbers().is_some_and(|(major, _)| major == MAJOR)
-        && required.is_none_or(|minimum| minimum.numbers() <= Some((MAJOR, 0)));
-    if is_read {
-        return Ok(());
+    let refused = [required, Some(version)].into_iter().flatten();
+    if let Some(refused) = refused.into_iter().find(|version| major(version) != Some(MAJOR)) {
+        return Err(ImportFault::Version(shortened(&refused.0)).at(place));
     }
-    let named = required.filter(|minimum| minimum.numbers() > Some((MAJOR, 0)));
-    Err(ImportFault::Version(shortened(&named.unwrap_or(version).0)).at(place))
+    let newest = version.numbers().max(required.and_then(Version::numbers));
+    if newest > Some((MAJOR, 0)) {
+        notes.add("glTF version newer than 2.0: what only that one has is not shown");
+    }
+    Ok(())
 }

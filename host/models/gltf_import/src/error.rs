@@ -79,6 +79,9 @@ pub enum ImportFault {
         /// Number of bytes there are.
         available: u64,
     },
+    /// A buffer of glTF JSON that names no data (glTF 2.0, section 3.6.1.2).
+    #[error("a buffer without URI and without GLB chunk")]
+    NoContent,
     /// A URI that is refused.
     #[error("the URI '{uri}' is refused: {reason}")]
     Uri {
@@ -86,6 +89,14 @@ pub enum ImportFault {
         uri: String,
         /// Reason for the refusal.
         reason: &'static str,
+    },
+    /// The chosen scene is none of the file's.
+    #[error("the file has no scene {choice}; its scenes are: {scenes}")]
+    NoScene {
+        /// Chosen name in quotes, or index.
+        choice: String,
+        /// Names of the file's scenes in quotes, or indices of those without a name.
+        scenes: String,
     },
     /// A node that is its own ancestor.
     #[error("node {0} is its own ancestor")]
@@ -123,6 +134,7 @@ impl ImportFault {
             Self::Uri { .. } => {
                 "put the file beside the model or below, and name it by its relative path"
             }
+            Self::NoScene { .. } => "choose one of these, or none for the default scene",
             Self::Cycle(_) => "give each node one parent; nodes may share a mesh instead",
             Self::Image(_) => "save the image as PNG or JPEG again",
             Self::Panicked(_) => "the file is damaged: export it again, and report this to Busbar",
@@ -131,6 +143,7 @@ impl ImportFault {
             | Self::Index { .. }
             | Self::Beyond { .. }
             | Self::Invalid(_)
+            | Self::NoContent
             | Self::Draco(_)
             | Self::Vertex { .. } => "the file is damaged or wrongly written: export it again",
         }

@@ -6,8 +6,8 @@ use crate::accessor::Accessor;
 use crate::buffers::Buffers;
 use crate::error::{ImportError, ImportFault};
 use crate::limits::MIN_ALLOWANCE;
-use crate::nodes::unit_rotation;
 use crate::schema::{Instancing, Shape};
+use crate::transforms::unit_rotation;
 
 /// Reports whether a node names places of instances at all.
 pub(crate) fn has_places(instancing: &Instancing) -> bool {

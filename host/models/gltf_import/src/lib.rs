@@ -33,7 +33,11 @@ mod primitives;
 mod report;
 mod required_extensions;
 mod scalars;
+mod scene_choice;
 mod schema;
+mod shapes;
+mod skins;
+mod transforms;
 mod tubes;
 mod uri;
 mod vertex_colors;
@@ -49,6 +53,7 @@ use crate::extensions::StructuralMetadata;
 use crate::files::Files;
 use crate::meshes::{Builder, CachedContent, Checker, Source};
 use crate::report::Notes;
+use crate::shapes::MeshShape;
 use crate::vertex_colors::ColorMaterials;
 
 pub use crate::error::{ImportError, ImportFault};
@@ -59,6 +64,7 @@ pub use crate::limits::{
 };
 pub use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 pub use crate::report::ImportReport;
+pub use crate::scene_choice::SceneChoice;
 
 /// Imported model, with a report of skipped content.
 #[derive(Clone, Debug)]
@@ -73,7 +79,8 @@ pub struct ImportedModel {
 /// folder and below, nowhere else.
 ///
 /// Supported: glTF 2.0 with triangles, and with lines and points as slender tubes; morph targets
-/// at their default weights; positions, normals and
+/// at the weights of the node, or else of the mesh; skins as their joints stand in the file, a mesh
+/// for each node with weights or a skin of its own; positions, normals and
 /// texture coordinates in any component type (KHR_mesh_quantization
 /// included), transformed as KHR_texture_transform says; sparse accessors; compression by
 /// KHR_draco_mesh_compression and EXT_meshopt_compression; instances
@@ -95,26 +102,37 @@ pub struct ImportedModel {
 /// [`ImportError`]: file, what, where and remedy, for files that cannot be
 /// read, contradict themselves or exceed the limits.
 pub fn import_file(path: &Path, limits: &ImportLimits) -> Result<ImportedModel, ImportError> {
-    import_file_with_cache(path, limits, None)
+    import_file_with(path, ImportOptions { limits: Some(limits), ..ImportOptions::default() })
 }
 
-/// Imports like [`import_file`], with a cache that keeps large meshes between imports.
+/// Options of an import: limits, the scene that is imported, and a cache.
+#[derive(Clone, Copy, Default)]
+pub struct ImportOptions<'a> {
+    /// Limits; those of this crate where missing.
+    pub limits: Option<&'a ImportLimits>,
+    /// Scene to import; the default scene of the file where missing.
+    pub scene: Option<&'a SceneChoice>,
+    /// Cache that keeps large meshes between imports.
+    pub cache: Option<&'a dyn MeshCache>,
+}
+
+/// Imports like [`import_file`], with options.
 ///
 /// # Errors
-/// Returns the errors of [`import_file`].
-pub fn import_file_with_cache(
+/// Returns the errors of [`import_file`], and an error for a scene that the file does not have.
+pub fn import_file_with(
     path: &Path,
-    limits: &ImportLimits,
-    cache: Option<&dyn MeshCache>,
+    options: ImportOptions<'_>,
 ) -> Result<ImportedModel, ImportError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
     let named = |error: ImportError| ImportError { file: path.to_owned(), ..error };
-    let bytes = files::read_regular(path, limits.max_file_bytes)
-        .map_err(|fault| named(fault.at("the whole file")))?;
-    import_guarded(&bytes, Some(folder), limits, cache).map_err(named)
+    let max_bytes = options.limits.map_or(MAX_FILE_BYTES, |limits| limits.max_file_bytes);
+    let bytes =
+        files::read_regular(path, max_bytes).map_err(|fault| named(fault.at("the whole file")))?;
+    import_guarded(&bytes, Some(folder), options).map_err(named)
 }
 
 /// Imports the bytes of a `.gltf` or `.glb` file. Relative URIs resolve in
@@ -127,17 +145,16 @@ pub fn import_bytes(
     base: Option<&Path>,
     limits: &ImportLimits,
 ) -> Result<ImportedModel, ImportError> {
-    import_guarded(bytes, base, limits, None)
+    import_guarded(bytes, base, ImportOptions { limits: Some(limits), ..ImportOptions::default() })
 }
 
 fn import_guarded(
     bytes: &[u8],
     base: Option<&Path>,
-    limits: &ImportLimits,
-    cache: Option<&dyn MeshCache>,
+    options: ImportOptions<'_>,
 ) -> Result<ImportedModel, ImportError> {
     // The closure only reads, and what it builds is dropped when it unwinds.
-    let imported = catch_unwind(AssertUnwindSafe(|| import(bytes, base, limits, cache)));
+    let imported = catch_unwind(AssertUnwindSafe(|| import(bytes, base, options)));
     imported.unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("without a message");
@@ -148,9 +165,11 @@ fn import_guarded(
 fn import(
     bytes: &[u8],
     base: Option<&Path>,
-    limits: &ImportLimits,
-    cache: Option<&dyn MeshCache>,
+    options: ImportOptions<'_>,
 ) -> Result<ImportedModel, ImportError> {
+    let default_limits = ImportLimits::default();
+    let ImportOptions { limits, scene, cache } = options;
+    let limits = limits.unwrap_or(&default_limits);
     let (count, limit) = (bytes.len() as u64, limits.max_file_bytes);
     if count > limit {
         return Err(ImportFault::TooMany { what: "bytes", count, limit }.at("the whole file"));
@@ -160,8 +179,8 @@ fn import(
     let text = document::text(container.json, &mut notes)?;
     let document = document::parse(&text, limits, &mut notes)?;
     let buffers = Buffers::new(&document, container.bin, Files::new(base, limit - count));
-    let mut nodes = nodes::build(&buffers, limits, &mut notes)?;
-    let named = named_meshes(&document, &nodes, &mut notes);
+    let (mut nodes, shapes) = nodes::build(&buffers, scene, limits, &mut notes)?;
+    let named = named_shapes(&document, (&mut nodes, shapes), &mut notes);
     let used = meshes::used_materials(&document, &named)?;
     let mut materials = materials::convert(&document, &used, &mut notes)?;
 
@@ -170,9 +189,9 @@ fn import(
         Source::new(&buffers, metadata, std::mem::take(&mut materials.uv_mappings), limits);
     let mut checker = Checker::new(&source, limits);
     let mut shown = Vec::new();
-    for mesh in named {
-        if checker.check(mesh, &mut notes)? > 0 {
-            shown.push(mesh);
+    for (index, shape) in named.iter().enumerate() {
+        if checker.check(shape, &mut notes)? > 0 {
+            shown.push(index);
         } else {
             notes.add("mesh without triangles skipped");
         }
@@ -183,11 +202,11 @@ fn import(
     let cached = cache.map(|cache| CachedContent::new(cache, &buffers));
     let mut builder = Builder::new(checker, cached);
     let (mut meshes, mut features) = (Vec::new(), Vec::new());
-    let mut model_mesh = vec![None; document.meshes.len()];
+    let mut model_mesh = vec![None; named.len()];
     let mut colors = ColorMaterials::new(&mut materials.materials, &mut decoded.textures);
-    for mesh in shown {
-        let (built, names, welded) = builder.build(mesh, &mut colors, &mut notes)?;
-        model_mesh[mesh] = Some(meshes.len() as u32);
+    for index in shown {
+        let (built, names, welded) = builder.build(&named[index], &mut colors, &mut notes)?;
+        model_mesh[index] = Some(meshes.len() as u32);
         meshes.push(built);
         features.push(names);
         report.meshes.push(welded);
@@ -201,12 +220,28 @@ fn import(
     Ok(ImportedModel { model, report })
 }
 
-/// Returns the meshes that nodes name, in the file's order.
-fn named_meshes(document: &Document<'_>, nodes: &[ModelNode], notes: &mut Notes) -> Vec<usize> {
-    let mut named = vec![false; document.meshes.len()];
-    for mesh in nodes.iter().filter_map(|node| node.mesh) {
-        named[mesh as usize] = true;
+/// Returns the shapes that nodes name, in the order of their meshes in the file, and gives nodes
+/// their places in that order.
+fn named_shapes(
+    document: &Document<'_>,
+    (nodes, shapes): (&mut [ModelNode], Vec<MeshShape>),
+    notes: &mut Notes,
+) -> Vec<MeshShape> {
+    let mut is_named = vec![false; shapes.len()];
+    for shape in nodes.iter().filter_map(|node| node.mesh) {
+        is_named[shape as usize] = true;
     }
-    notes.add_many("mesh skipped: no node shows it", named.iter().filter(|n| !**n).count());
-    (0..named.len()).filter(|&mesh| named[mesh]).collect()
+    let mut order: Vec<usize> = (0..shapes.len()).filter(|&shape| is_named[shape]).collect();
+    order.sort_by_key(|&shape| shapes[shape].mesh);
+    let mut place_of = vec![0; shapes.len()];
+    for (place, &shape) in order.iter().enumerate() {
+        place_of[shape] = place as u32;
+    }
+    for mesh in nodes.iter_mut().filter_map(|node| node.mesh.as_mut()) {
+        *mesh = place_of[*mesh as usize];
+    }
+    let named: Vec<MeshShape> = order.into_iter().map(|shape| shapes[shape].clone()).collect();
+    let meshes = named.chunk_by(|a, b| a.mesh == b.mesh).count();
+    notes.add_many("mesh skipped: no node shows it", document.meshes.len() - meshes);
+    named
 }

@@ -28,6 +28,12 @@ pub const MAX_FEATURES: u32 = 100_000;
 /// Items of one list or object of EXT_structural_metadata, and vertex
 /// attributes, morph targets or feature id sets of one primitive.
 pub const MAX_METADATA_ITEMS: usize = 256;
+/// Joints of one skin: vertices name them by 16 bits.
+pub(crate) const MAX_JOINTS: usize = 1 << 16;
+/// Joints of the skins of all nodes together, however short the JSON is.
+pub(crate) const MIN_POSED_JOINTS: usize = 1 << 18;
+/// Joints of the skins of all nodes together; up to this, one for each byte of JSON.
+pub(crate) const MAX_POSED_JOINTS: usize = 1 << 21;
 /// Children of one node, or nodes of one scene.
 pub(crate) const MAX_CHILDREN: usize = MAX_NODES as usize;
 /// Primitives of one mesh.

@@ -8,7 +8,7 @@ use crate::error::{ImportError, ImportFault};
 use crate::names::clean_name;
 use crate::primitives::UvMapping;
 use crate::report::Notes;
-use crate::scalars::{Real, Reals, Whole};
+use crate::scalars::{Real, Reals, Tolerant, Whole};
 use crate::schema;
 use crate::schema::{MetallicRoughness, SpecularGlossiness, TextureInfo};
 
@@ -281,11 +281,16 @@ fn metal_of(diffuse: [f32; 4], specular: [f32; 3]) -> ([f32; 4], f32) {
     ([r, g, b, alpha], metallic)
 }
 
-/// Returns the emitted light. That of a texture is in the picture that is left out: without it,
+/// Returns the emitted light, factor times strength. That of a texture is in the picture that is left out: without it,
 /// none.
 fn emissive_of(material: &schema::Material<'_>) -> [f32; 3] {
     let factor = material.emissive_factor.filter(|_| material.emissive_texture.is_none());
-    factor.map_or([0.0; 3], |factor| factor.0.map(|e| e.clamp(0.0, f32::MAX)))
+    let extension = material.extensions.as_ref().and_then(|of| of.emissive_strength.as_ref());
+    let strength = extension.and_then(|Tolerant(of)| of.as_ref()?.emissive_strength);
+    let strength = strength.map_or(1.0, |Real(of)| of);
+    let light = |factor: f32| (factor.max(0.0) * strength.max(0.0)).min(f32::MAX);
+    // A factor of zero is dark, however strong.
+    factor.map_or([0.0; 3], |Reals(of)| of.map(|e| if e > 0.0 { light(e) } else { 0.0 }))
 }
 
 /// Converts the alpha mode; exporters write it in any case.

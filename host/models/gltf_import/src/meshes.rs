@@ -16,17 +16,31 @@ use crate::features::{FeatureIds, FeatureNamer, NameTables};
 use crate::limits::{MAX_SHARING, MIN_ALLOWANCE};
 use crate::mesh_cache::{CachedMesh, MIN_CACHED_TRIANGLES, MeshCache};
 use crate::name_table::NameTable;
-use crate::primitives::{Morph, Primitive, PrimitivePlace, UvMapping, is_coordinate};
+use crate::primitives::{
+    Morph, Primitive, PrimitiveLook, PrimitivePlace, UvMapping, is_coordinate,
+};
 use crate::report::Notes;
 use crate::schema;
+use crate::shapes::MeshShape;
+use crate::skins::Skinning;
 use crate::vertex_colors::ColorMaterials;
 
 const SKIPPED_FEATURES: &str =
     "set of feature ids skipped: only the first one by a vertex attribute is read";
 const ASTRAY: &str = "triangle left out: a corner is no coordinate, or beyond all of them";
+const ODD_WEIGHTS: &str = "weights of morph targets that cannot be read: none are shown";
+const NO_CONTENT: &str =
+    "primitive left out: its data are in a buffer without URI and without GLB chunk";
 const LINE_ASTRAY: &str = "line or point left out: an end is no coordinate, or beyond all of them";
 const UNNAMED_FEATURES: &str =
     "property table without a column of strings that its class declares: its features are numbered";
+
+/// Faults of a mesh that leave its other primitives as they are.
+struct MeshOddities {
+    has_odd_weights: bool,
+    /// Primitives whose buffers have no content.
+    without_content: usize,
+}
 
 /// Primitives of the shown meshes, and what all of them share.
 pub(crate) struct Source<'a> {
@@ -47,39 +61,56 @@ impl<'a> Source<'a> {
         Self { buffers, metadata, mappings, max_triangles: limits.max_triangles }
     }
 
-    /// Visits the primitives of a mesh that make triangles; the others are `None`.
+    /// Visits the primitives of a mesh that make triangles; the others are `None`. Those whose
+    /// buffers have no content are left out.
     fn primitives(
         &'a self,
-        mesh: usize,
+        shape: &MeshShape,
         mut visit: impl FnMut(
             &schema::Primitive,
             Option<Primitive<'a>>,
             PrimitivePlace,
         ) -> Result<(), ImportError>,
-    ) -> Result<(), ImportError> {
+    ) -> Result<MeshOddities, ImportError> {
         let document = self.buffers.document();
+        let MeshShape { mesh, weights, pose } = shape;
+        let mesh = *mesh;
         let json: schema::Mesh<'a> = document.meshes.parse(mesh, || format!("/meshes/{mesh}"))?;
-        let weights: Vec<f32> =
-            json.weights.unwrap_or_default().0.into_iter().map(|weight| weight.0).collect();
+        let mut without_content = 0;
+        let has_odd_weights =
+            weights.is_none() && json.weights.as_ref().is_some_and(|own| own.0.is_none());
+        let weights = weights.clone().unwrap_or_else(|| {
+            let own = json.weights.as_ref().and_then(|weights| weights.0.as_ref());
+            own.map_or_else(Vec::new, |own| own.0.iter().map(|weight| weight.0).collect())
+        });
         for (index, part) in json.primitives.unwrap_or_default().0.into_iter().enumerate() {
             let place = PrimitivePlace { mesh, primitive: index };
             let json: schema::Primitive = document.parse(part, || place.pointer(""))?;
             let material = json.material.map_or(usize::MAX, |material| material.index());
             let mapping = self.mappings.get(material).copied().unwrap_or_default();
-            let primitive = Primitive::new(self, &json, (mapping, &weights), place)?;
+            let look = PrimitiveLook { mapping, weights: &weights, pose: pose.as_ref() };
+            let primitive = match Primitive::new(self, &json, look, place) {
+                Err(error) if matches!(error.fault, ImportFault::NoContent) => {
+                    without_content += 1;
+                    continue;
+                }
+                primitive => primitive?,
+            };
             visit(&json, primitive, place)?;
         }
-        Ok(())
+        Ok(MeshOddities { has_odd_weights, without_content })
     }
 }
 
 /// Finds the materials that the primitives of meshes name.
 pub(crate) fn used_materials(
     document: &Document<'_>,
-    shown: &[usize],
+    shown: &[MeshShape],
 ) -> Result<Vec<bool>, ImportError> {
     let mut used = vec![false; document.materials.len()];
-    for &mesh in shown {
+    // Shapes of one mesh follow each other.
+    for shapes in shown.chunk_by(|a, b| a.mesh == b.mesh) {
+        let mesh = shapes[0].mesh;
         let json: schema::Mesh<'_> = document.meshes.parse(mesh, || format!("/meshes/{mesh}"))?;
         for (primitive, part) in json.primitives.unwrap_or_default().0.into_iter().enumerate() {
             let place = PrimitivePlace { mesh, primitive };
@@ -127,10 +158,14 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks one mesh; says how many triangles it has.
-    pub(crate) fn check(&mut self, mesh: usize, notes: &mut Notes) -> Result<u64, ImportError> {
+    pub(crate) fn check(
+        &mut self,
+        shape: &MeshShape,
+        notes: &mut Notes,
+    ) -> Result<u64, ImportError> {
         let before = self.triangles;
         let source = self.source;
-        source.primitives(mesh, |json, primitive, place| {
+        let oddities = source.primitives(shape, |json, primitive, place| {
             let Some(mut primitive) = primitive else {
                 notes.add("primitive without positions skipped");
                 return Ok(());
@@ -144,6 +179,8 @@ impl<'a> Checker<'a> {
                 None => Ok(()),
             }
         })?;
+        notes.add_many(ODD_WEIGHTS, oddities.has_odd_weights.into());
+        notes.add_many(NO_CONTENT, oddities.without_content);
         Ok(self.triangles - before)
     }
 
@@ -208,7 +245,12 @@ impl<'a> Checker<'a> {
                 accessor.check_sparse()?;
             }
         }
-        if !is_sane || !primitive.morphs.is_empty() {
+        for accessor in primitive.skinning.iter().flat_map(Skinning::accessors) {
+            if self.other.insert(accessor.key) {
+                self.visit(accessor)?;
+            }
+        }
+        if !is_sane || primitive.is_deformed() {
             let note = if primitive.is_thin() { LINE_ASTRAY } else { ASTRAY };
             notes.add_many(note, primitive.count_astray());
         }
@@ -327,17 +369,19 @@ impl<'a> Builder<'a> {
     /// Builds a mesh, from the cache if possible.
     pub(crate) fn build(
         &mut self,
-        mesh: usize,
+        shape: &MeshShape,
         colors: &mut ColorMaterials<'_>,
         notes: &mut Notes,
     ) -> Result<CachedMesh, ImportError> {
+        let mesh = shape.mesh;
         let here = || format!("/meshes/{mesh}");
-        let primitives = self.primitives(mesh)?;
+        let primitives = self.primitives(shape)?;
         let triangles: usize = primitives.iter().map(Primitive::triangle_count).sum();
-        // Colours decide materials of the whole model, which a cached mesh does not bring.
+        // Colours decide materials of the whole model, which a cached mesh does not bring. Weights and
+        // poses are no part of the key.
         let is_colored = primitives.iter().any(|primitive| primitive.colors.is_some());
-        let is_large = triangles >= MIN_CACHED_TRIANGLES && !is_colored;
-        let cached = self.cached.as_ref().filter(|_| is_large);
+        let is_kept = triangles >= MIN_CACHED_TRIANGLES && !is_colored && shape.is_default();
+        let cached = self.cached.as_ref().filter(|_| is_kept);
         if let Some(built) = cached.and_then(|cached| cached.find(mesh)) {
             self.namer.count(built.1.len()).map_err(|fault| fault.at(here()))?;
             return Ok(built);
@@ -365,14 +409,14 @@ impl<'a> Builder<'a> {
         Ok(built)
     }
 
-    fn primitives(&self, mesh: usize) -> Result<Vec<Primitive<'a>>, ImportError> {
+    fn primitives(&self, shape: &MeshShape) -> Result<Vec<Primitive<'a>>, ImportError> {
         let mut primitives = Vec::new();
-        self.source.primitives(mesh, |_, primitive, place| {
+        self.source.primitives(shape, |_, primitive, place| {
             if let Some(mut primitive) = primitive {
                 let key = (place.mesh, place.primitive);
                 primitive.restart = self.restarts.get(&key).copied();
                 let is_sane = self.sane_positions.get(&primitive.positions.key);
-                primitive.is_astray = is_sane == Some(&false) || !primitive.morphs.is_empty();
+                primitive.is_astray = is_sane == Some(&false) || primitive.is_deformed();
                 primitives.push(primitive);
             }
             Ok(())

@@ -1,9 +1,10 @@
 //! Node hierarchy of the scene that is shown, flattened with parents before children.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 
 use busbar_scene::ModelNode;
-use glam::{DMat4, DQuat, DVec3};
+use glam::DMat4;
 
 use crate::ImportLimits;
 use crate::bounded::List;
@@ -14,20 +15,24 @@ use crate::instances;
 use crate::limits::{MAX_CHILDREN, MAX_COORDINATE};
 use crate::names::{UniqueNames, clean_name};
 use crate::report::Notes;
-use crate::scalars::{Doubles, Whole};
+use crate::scalars::{Tolerant, Whole};
+use crate::scene_choice::{self, SceneChoice};
 use crate::schema::{Mesh, Node, NodeChildren, Scene};
+use crate::shapes::{MeshShape, Shapes};
+use crate::skins::{NONE, PoseFinder};
+use crate::transforms::matrix;
 
-const NONE: u32 = u32::MAX;
-
-/// Builds the nodes to show. Their meshes are indices into the *file's* meshes.
-pub(crate) fn build(
-    buffers: &Buffers<'_>,
+/// Builds the nodes to show. Their meshes are indices into the shapes.
+pub(crate) fn build<'a>(
+    buffers: &'a Buffers<'a>,
+    scene: Option<&SceneChoice>,
     limits: &ImportLimits,
     notes: &mut Notes,
-) -> Result<Vec<ModelNode>, ImportError> {
+) -> Result<(Vec<ModelNode>, Vec<MeshShape>), ImportError> {
     let document = buffers.document();
+    let scene = scene.map(|choice| scene_choice::find(document, choice, notes)).transpose()?;
     let mut tree = Tree { document, parents: vec![NONE; document.nodes.len()], notes };
-    let starts = tree.starts()?;
+    let starts = tree.starts(scene)?;
     let reached = tree.attach(&starts, limits)?;
     let shown = tree.flatten(&starts, buffers, limits)?;
     let skipped = document.nodes.len() - reached;
@@ -46,15 +51,16 @@ struct Tree<'a, 'n> {
 
 const ROOT: u32 = u32::MAX - 1;
 
-impl Tree<'_, '_> {
-    /// Returns the roots of the default scene. Without one, those of all scenes; without
-    /// scenes, all nodes that have no parent.
-    fn starts(&mut self) -> Result<Vec<usize>, ImportError> {
+impl<'a> Tree<'a, '_> {
+    /// Returns the roots of the chosen scene, or else of the default scene. Without one, those of
+    /// all scenes; without scenes, all nodes that have no parent.
+    fn starts(&mut self, chosen: Option<usize>) -> Result<Vec<usize>, ImportError> {
         let document = self.document;
         let count = document.scenes.len();
-        let scenes = match document.scene {
-            Some(scene) if scene.index() < count => scene.index()..scene.index() + 1,
-            Some(_) if count > 0 => {
+        let scenes = match (chosen, document.scene.map(Whole::index)) {
+            (Some(scene), _) => scene..scene + 1,
+            (None, Some(scene)) if scene < count => scene..scene + 1,
+            (None, Some(_)) if count > 0 => {
                 self.notes.add("default scene that does not exist: the first one is shown");
                 0..1
             }
@@ -66,7 +72,7 @@ impl Tree<'_, '_> {
         let mut starts = Vec::new();
         for scene in scenes {
             let place = || "/scene".to_owned();
-            let scene_nodes: Scene = document.scenes.parse(scene, place)?;
+            let scene_nodes: Scene<'_> = document.scenes.parse(scene, place)?;
             for (position, node) in scene_nodes.nodes.unwrap_or_default().0.iter().enumerate() {
                 let place = || format!("/scenes/{scene}/nodes/{position}");
                 document.nodes.require(node.index(), place)?;
@@ -198,9 +204,9 @@ impl Tree<'_, '_> {
     fn flatten(
         &mut self,
         starts: &[usize],
-        buffers: &Buffers<'_>,
+        buffers: &'a Buffers<'a>,
         limits: &ImportLimits,
-    ) -> Result<Vec<ModelNode>, ImportError> {
+    ) -> Result<(Vec<ModelNode>, Vec<MeshShape>), ImportError> {
         struct Pending {
             node: usize,
             parent: Option<u32>,
@@ -210,6 +216,10 @@ impl Tree<'_, '_> {
         let mut names =
             NodeNames { document, unique: UniqueNames::default(), meshes: HashMap::new() };
         let mut shown: Vec<ModelNode> = Vec::new();
+        let mut shapes = Shapes::new(document);
+        let has_skins = document.skins.len() > 0;
+        let mut poses = has_skins.then(|| PoseFinder::new(buffers, self.parents.clone(), limits));
+        let mut skinned = Vec::new();
         let pend = |node, parent, model_from_parent| Pending { node, parent, model_from_parent };
         let mut stack: Vec<Pending> =
             starts.iter().rev().map(|&node| pend(node, None, DMat4::IDENTITY)).collect();
@@ -223,7 +233,8 @@ impl Tree<'_, '_> {
                 document.meshes.require(mesh.index(), || place() + "/mesh")?;
             }
             let here = shown.len() as u32;
-            let (name, mesh) = (names.name_of(&node, index), node.mesh.map(|mesh| mesh.0));
+            let name = names.name_of(&node, index);
+            let mesh = node.mesh.map(|mesh| self.shape(&node, mesh, &mut shapes));
             let extensions = node.extensions.as_ref();
             let instancing = extensions.and_then(|extensions| extensions.instancing.as_ref());
             let instances =
@@ -253,6 +264,15 @@ impl Tree<'_, '_> {
                     Err(_) => self.notes.add("instance left out: its place is no coordinate"),
                 }
             }
+            if let Some(poses) = &mut poses {
+                poses.set_shown(index, here);
+            }
+            if let Some(skin) = &node.skin
+                && mesh.is_some()
+            {
+                let nodes = here as usize..shown.len();
+                skinned.push(Skinned { node: index, skin: skin.0, nodes, model_from_node });
+            }
             let List(children): List<Whole, MAX_CHILDREN> = node.children.unwrap_or_default();
             let first = stack.len();
             for child in children.iter().map(|child| child.index()) {
@@ -264,9 +284,117 @@ impl Tree<'_, '_> {
             }
             stack[first..].reverse();
         }
-        Ok(shown)
+        let skins = skinned.iter().filter_map(|of| of.skin).map(|skin| skin.0);
+        let used = skins.collect::<HashSet<_>>().len();
+        let unused = document.skins.len().saturating_sub(used);
+        self.notes.add_many("skin skipped: no node shows it", unused);
+        for of in &skinned {
+            let posed = self.pose(of, poses.as_mut(), (&mut shown, &mut shapes));
+            let added = posed.unwrap_or_else(|ImportError { fault, place, .. }| {
+                self.notes.add(format!(
+                    "skin ignored, its mesh is shown as modelled: {fault}, at {place}"
+                ));
+                None
+            });
+            let Some(mut added) = added else { continue };
+            if shown.len() < limits.max_nodes as usize {
+                added.name = names.unique.unique(added.name);
+                shown.push(added);
+                self.notes.add(MOVED_SKINNED);
+            } else {
+                self.notes.add("skinned mesh left out: there are too many nodes");
+            }
+        }
+        Ok((shown, shapes.into_list()))
+    }
+
+    /// Returns the shape of a node's mesh, before its skin.
+    fn shape(&mut self, node: &Node<'_>, mesh: Whole, shapes: &mut Shapes<'_>) -> u32 {
+        let weights = match &node.weights {
+            Some(Tolerant(None)) => {
+                self.notes.add(ODD_WEIGHTS);
+                None
+            }
+            Some(Tolerant(Some(List(weights)))) => {
+                Some(weights.iter().map(|weight| weight.0).collect::<Vec<_>>())
+            }
+            None => None,
+        };
+        let shape = shapes.unposed(mesh.index(), weights.as_deref());
+        shape.unwrap_or_else(|| {
+            self.notes.add(TOO_MANY_SHAPES);
+            // Shapes without weights and pose are not bounded but by the meshes.
+            shapes.unposed(mesh.index(), None).unwrap_or_default()
+        })
+    }
+
+    /// Gives the nodes of a skinned mesh its shape in the pose. Returns a node to show it where the
+    /// transform of its own node cannot be undone, or is far away from the joints.
+    fn pose(
+        &mut self,
+        of: &Skinned,
+        poses: Option<&mut PoseFinder<'_>>,
+        (shown, shapes): (&mut [ModelNode], &mut Shapes<'_>),
+    ) -> Result<Option<ModelNode>, ImportError> {
+        let named_by = || format!("/nodes/{}/skin", of.node);
+        let Some(skin) = of.skin else {
+            return Err(ImportFault::Invalid("it is no index".into()).at(named_by()));
+        };
+        let Some(poses) = poses else {
+            let (what, index) = ("skin", skin.index());
+            return Err(ImportFault::Index { what, index, count: 0 }.at(named_by()));
+        };
+        let joints = poses.joints(skin.index(), shown, named_by, self.notes)?;
+        let own = of.nodes.start;
+        let Some(unposed) = shown[of.nodes.clone()].iter().find_map(|node| node.mesh) else {
+            return Ok(None);
+        };
+        let inverse = of.model_from_node.inverse();
+        let undone = inverse * of.model_from_node;
+        let is_inverse = inverse.is_finite() && undone.abs_diff_eq(DMat4::IDENTITY, 1e-6);
+        let distance = of.model_from_node.w_axis.truncate().distance(joints.origin);
+        let is_near = distance <= MAX_JOINT_DISTANCE || of.nodes.len() > 1;
+        // A node of its own stands at the first joint, where coordinates are small.
+        let (place, pose) = if is_inverse && is_near {
+            (None, joints.pose(&inverse, self.notes))
+        } else {
+            let model_from_place = DMat4::from_translation(joints.origin);
+            let pose = joints.pose(&DMat4::from_translation(-joints.origin), self.notes);
+            let (parent, parent_from_model) =
+                if is_inverse { (Some(own as u32), inverse) } else { (None, DMat4::IDENTITY) };
+            (Some((parent, parent_from_model * model_from_place)), pose)
+        };
+        let Some(posed) = shapes.posed(unposed, pose) else {
+            self.notes.add(TOO_MANY_SHAPES);
+            return Ok(None);
+        };
+        for node in shown[of.nodes.clone()].iter_mut().filter(|node| node.mesh.is_some()) {
+            node.mesh = Some(posed).filter(|_| place.is_none());
+        }
+        Ok(place.map(|(parent, parent_from_node)| {
+            let name = format!("{}[skin]", shown[own].name);
+            ModelNode { name, parent, parent_from_node, mesh: Some(posed) }
+        }))
     }
 }
+
+/// A node with a skinned mesh, and the nodes that show it.
+struct Skinned {
+    /// Index in the file.
+    node: usize,
+    skin: Option<Whole>,
+    nodes: Range<usize>,
+    model_from_node: DMat4,
+}
+
+const ODD_WEIGHTS: &str = "weights of morph targets that cannot be read: the mesh's are used";
+const TOO_MANY_SHAPES: &str =
+    "mesh shown as modelled: too many nodes show meshes in weights or poses of their own";
+const MOVED_SKINNED: &str =
+    "skinned mesh shown by a node of its own: its node is flat, or far from the joints";
+/// Distance of a skinned mesh's node from the first joint, metres: single precision keeps a tenth
+/// of a millimetre there.
+const MAX_JOINT_DISTANCE: f64 = 1000.0;
 
 /// Nodes keep to the bound that positions keep to; so do the factors of the
 /// products down the hierarchy, which else would soon not be finite.
@@ -282,26 +410,6 @@ fn refuse_far(parent_from_node: &DMat4, model_from_node: &DMat4) -> Result<(), I
         return Ok(());
     };
     Err(ImportFault::Invalid(what))
-}
-
-fn matrix(node: &Node<'_>) -> DMat4 {
-    if let Some(matrix) = &node.matrix {
-        return DMat4::from_cols_array(&matrix.0);
-    }
-    let vector = |values: Option<Doubles<3>>, default: f64| {
-        values.map_or(DVec3::splat(default), |values| DVec3::from_array(values.0))
-    };
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, |values| DQuat::from_array(values.0));
-    DMat4::from_scale_rotation_translation(
-        vector(node.scale, 1.0),
-        unit_rotation(rotation),
-        vector(node.translation, 0.0),
-    )
-}
-
-/// Normalizes a rotation. Exporters write all-zero quaternions for "no rotation".
-pub(crate) fn unit_rotation(rotation: DQuat) -> DQuat {
-    if rotation.length_squared() == 0.0 { DQuat::IDENTITY } else { rotation.normalize() }
 }
 
 /// Names of nodes, unique within the model.

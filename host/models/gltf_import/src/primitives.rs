@@ -1,6 +1,7 @@
 //! Primitives: the accessors of one primitive, and its triangles.
 
 use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
 
 use busbar_geometry::RawPrimitive;
 use glam::{Affine2, Vec2, Vec3, Vec4};
@@ -11,10 +12,11 @@ use crate::draco::{DracoAttribute, DracoMesh};
 use crate::error::{ImportError, ImportFault, item};
 use crate::extensions::{MESH_FEATURES, PrimitiveFeatures, StructuralMetadata};
 use crate::features::FeatureIds;
-use crate::limits::MAX_COORDINATE;
+use crate::limits::{MAX_COORDINATE, MAX_METADATA_ITEMS};
 use crate::meshes::Source;
 use crate::report::Notes;
 use crate::schema::{self, ComponentType, Shape};
+use crate::skins::{Pose, Skinning};
 use crate::tubes::{TRIANGLES_OF_TUBE, Tubes};
 
 use ComponentType::{F32, I8, I16, U8, U16, U32};
@@ -38,6 +40,18 @@ pub(crate) struct UvMapping {
     pub(crate) transform: Option<Affine2>,
 }
 
+const UNSKINNED: &str =
+    "primitive of a skinned mesh without joints and weights that can be read: shown as modelled";
+
+/// Properties of a primitive that its mesh, its material and the node that shows it decide.
+#[derive(Clone, Copy)]
+pub(crate) struct PrimitiveLook<'a> {
+    pub(crate) mapping: UvMapping,
+    /// Weights of the morph targets.
+    pub(crate) weights: &'a [f32],
+    pub(crate) pose: Option<&'a Rc<Pose>>,
+}
+
 /// A primitive whose accessors all have their bytes.
 pub(crate) struct Primitive<'a> {
     pub(crate) positions: Accessor<'a>,
@@ -51,6 +65,9 @@ pub(crate) struct Primitive<'a> {
     mode: Mode,
     /// Morph targets whose weights are not zero.
     pub(crate) morphs: Vec<Morph<'a>>,
+    pub(crate) skinning: Option<Skinning<'a>>,
+    /// True for a primitive without joints in a skinned mesh.
+    lacks_joints: bool,
     /// Index at which a strip or fan begins anew, if there is any.
     pub(crate) restart: Option<u32>,
     /// Mark of positions that are no coordinates.
@@ -86,12 +103,11 @@ impl PrimitivePlace {
 }
 
 impl<'a> Primitive<'a> {
-    /// Describes a primitive; `None` for one without positions. `weights` are those of its morph
-    /// targets.
+    /// Describes a primitive; `None` for one without positions.
     pub(crate) fn new(
         source: &'a Source<'a>,
         primitive: &schema::Primitive,
-        (mapping, weights): (UvMapping, &[f32]),
+        look: PrimitiveLook<'_>,
         place: PrimitivePlace,
     ) -> Result<Option<Self>, ImportError> {
         let mode = match primitive.mode.map_or(4, |mode| mode.0) {
@@ -132,6 +148,7 @@ impl<'a> Primitive<'a> {
             return Ok(None);
         };
         let normals = attribute("NORMAL", NORMAL)?;
+        let PrimitiveLook { mapping, weights, pose } = look;
         let uvs = attribute(&format!("TEXCOORD_{}", mapping.set), UV)?;
         let colors = attribute("COLOR_0", COLOR)?;
         let features = primitive
@@ -173,6 +190,23 @@ impl<'a> Primitive<'a> {
             morphs.push(Morph { weight, positions: moved, normals: turned });
         }
         let mut short_attributes = 0;
+        let mut sets = Vec::new();
+        // Each set is an attribute, of which there are few.
+        for set in (0..MAX_METADATA_ITEMS).take_while(|_| pose.is_some()) {
+            let names = [format!("JOINTS_{set}"), format!("WEIGHTS_{set}")];
+            if names.iter().any(|name| primitive.attribute(name).is_none()) {
+                break;
+            }
+            let [joints, weights] = names;
+            // Skins are never at fault: without one, the mesh is there as modelled.
+            let pair = (attribute(&joints, JOINTS), attribute(&weights, WEIGHTS));
+            let (Ok(Some(joints)), Ok(Some(weights))) = pair else { continue };
+            match joints.count.min(weights.count) >= positions.count {
+                true => sets.push([joints, weights]),
+                false => short_attributes += 1,
+            }
+        }
+        let skinning = pose.and_then(|pose| Skinning::new(pose, sets));
         let mut whole = |accessor: Option<Accessor<'a>>| {
             let is_short = accessor.is_some_and(|accessor| accessor.count < positions.count);
             short_attributes += usize::from(is_short);
@@ -190,6 +224,8 @@ impl<'a> Primitive<'a> {
             material: primitive.material.map(|material| material.0),
             mode,
             morphs,
+            lacks_joints: pose.is_some() && skinning.is_none(),
+            skinning,
             restart: None,
             is_astray: false,
             short_attributes,
@@ -213,6 +249,10 @@ impl<'a> Primitive<'a> {
         let odd = self.mode == Mode::Triangles && !self.corner_count().is_multiple_of(3);
         notes.add_many("primitive with corners left over after its last triangle", odd.into());
         notes.add_many("attribute with too few elements ignored", self.short_attributes);
+        notes.add_many(UNSKINNED, self.lacks_joints.into());
+        if let Some(skinning) = &self.skinning {
+            skinning.note(self.positions.count, notes);
+        }
     }
 
     /// Returns the index by which strips begin anew: the largest of its type (WebGL 2.0, section
@@ -239,22 +279,29 @@ impl<'a> Primitive<'a> {
         is_coordinate(self.position(vertex as usize).to_array())
     }
 
-    /// Returns the position of a vertex, morphed.
-    fn position(&self, vertex: usize) -> Vec3 {
-        let base = Vec3::from_array(self.positions.floats_at(vertex));
-        self.morphs.iter().fold(base, |position, morph| {
-            let moved = morph.positions.map(|of| Vec3::from_array(of.floats_at(vertex)));
-            position + moved.unwrap_or_default() * morph.weight
-        })
+    /// Reports whether vertices are shown at other places than their attributes say.
+    pub(crate) fn is_deformed(&self) -> bool {
+        !self.morphs.is_empty() || self.skinning.is_some()
     }
 
-    /// Returns the normal of a vertex, morphed.
+    /// Returns the position of a vertex, morphed, then skinned.
+    fn position(&self, vertex: usize) -> Vec3 {
+        let base = Vec3::from_array(self.positions.floats_at(vertex));
+        let morphed = self.morphs.iter().fold(base, |position, morph| {
+            let moved = morph.positions.map(|of| Vec3::from_array(of.floats_at(vertex)));
+            position + moved.unwrap_or_default() * morph.weight
+        });
+        self.skinning.as_ref().map_or(morphed, |skinning| skinning.position(vertex, morphed))
+    }
+
+    /// Returns the normal of a vertex, morphed, then skinned.
     fn normal(&self, normals: &Accessor<'_>, vertex: usize) -> Vec3 {
         let base = Vec3::from_array(normals.floats_at(vertex));
-        self.morphs.iter().fold(base, |normal, morph| {
+        let morphed = self.morphs.iter().fold(base, |normal, morph| {
             let turned = morph.normals.map(|of| Vec3::from_array(of.floats_at(vertex)));
             normal + turned.unwrap_or_default() * morph.weight
-        })
+        });
+        self.skinning.as_ref().map_or(morphed, |skinning| skinning.normal(vertex, morphed))
     }
 
     /// Returns the lines as pairs of vertices; a point is a line to itself.
@@ -345,6 +392,13 @@ impl<'a> Primitive<'a> {
         if self.is_astray {
             triangles.retain(|corners| corners.iter().all(|&corner| self.is_placed(corner)));
         }
+        if let Some(skinning) = &self.skinning {
+            for [first, second, third] in &mut triangles {
+                if skinning.is_mirrored(*first) {
+                    std::mem::swap(second, third);
+                }
+            }
+        }
         triangles
     }
 
@@ -353,11 +407,11 @@ impl<'a> Primitive<'a> {
         vertices: impl ExactSizeIterator<Item = usize> + Clone,
         triangles: Vec<[u32; 3]>,
     ) -> RawPrimitive {
-        let is_morphed = !self.morphs.is_empty();
+        let is_deformed = self.is_deformed();
         let normals = self.normals.map(|normals| {
-            if is_morphed {
-                let morphed = |vertex| unit_normal(self.normal(&normals, vertex));
-                return vertices.clone().map(morphed).collect();
+            if is_deformed {
+                let deformed = |vertex| unit_normal(self.normal(&normals, vertex));
+                return vertices.clone().map(deformed).collect();
             }
             normals.floats(vertices.clone(), |normal| unit_normal(Vec3::from_array(normal)))
         });
@@ -371,7 +425,7 @@ impl<'a> Primitive<'a> {
         let features =
             self.features.map(|features| vertices.clone().map(|v| features.at(v)).collect());
         RawPrimitive {
-            positions: match is_morphed {
+            positions: match is_deformed {
                 true => vertices.clone().map(|vertex| self.position(vertex)).collect(),
                 false => self.positions.floats(vertices.clone(), Vec3::from_array),
             },
@@ -561,6 +615,13 @@ const UV: AccessorRule =
 const COLOR: AccessorRule = AccessorRule {
     what: "vertex colours",
     shapes: &[Shape::Vec3, Shape::Vec4],
+    component_types: &[F32, U8, U16],
+};
+const JOINTS: AccessorRule =
+    AccessorRule { what: "joints", shapes: &[Shape::Vec4], component_types: &[F32, U8, U16, U32] };
+const WEIGHTS: AccessorRule = AccessorRule {
+    what: "weights of joints",
+    shapes: &[Shape::Vec4],
     component_types: &[F32, U8, U16],
 };
 const FEATURE_ID: AccessorRule = AccessorRule {

@@ -14,6 +14,7 @@ const READ: &[&str] = &[
     "EXT_structural_metadata",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
+    "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",

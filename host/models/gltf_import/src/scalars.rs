@@ -211,3 +211,14 @@ impl<'de> Deserialize<'de> for Flag {
         Ok(Self(raw.get() == "true"))
     }
 }
+
+/// A value, or nothing where the file has one that cannot be read.
+#[derive(Clone, Debug)]
+pub(crate) struct Tolerant<T>(pub(crate) Option<T>);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tolerant<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let raw = <&serde_json::value::RawValue>::deserialize(deserializer)?;
+        Ok(Self(serde_json::from_str(raw.get()).ok()))
+    }
+}

@@ -5,8 +5,8 @@ use serde_json::value::RawValue;
 
 use crate::bounded::{List, Members};
 use crate::extensions::FeatureIdSets;
-use crate::limits::{MAX_CHILDREN, MAX_PRIMITIVES};
-use crate::scalars::{Doubles, Flag, Real, Reals, Text, Whole};
+use crate::limits::{MAX_CHILDREN, MAX_JOINTS, MAX_PRIMITIVES};
+use crate::scalars::{Doubles, Flag, Real, Reals, Text, Tolerant, Whole};
 
 /// Type of an accessor's components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -213,6 +213,15 @@ pub(crate) struct MetallicRoughness {
 pub(crate) struct MaterialExtensions {
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub(crate) specular_glossiness: Option<SpecularGlossiness>,
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    pub(crate) emissive_strength: Option<Tolerant<EmissiveStrength>>,
+}
+
+/// Factor of the emitted light beyond one (KHR_materials_emissive_strength).
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", expecting = "an object")]
+pub(crate) struct EmissiveStrength {
+    pub(crate) emissive_strength: Option<Real>,
 }
 
 #[derive(Deserialize)]
@@ -258,7 +267,7 @@ pub(crate) struct Mesh<'a> {
     #[serde(borrow, default)]
     pub(crate) primitives: Option<List<&'a RawValue, MAX_PRIMITIVES>>,
     /// Default weights of the morph targets.
-    pub(crate) weights: Option<List<Real>>,
+    pub(crate) weights: Option<Tolerant<List<Real>>>,
 }
 
 #[derive(Deserialize)]
@@ -320,6 +329,9 @@ pub(crate) struct Node<'a> {
     pub(crate) translation: Option<Doubles<3>>,
     pub(crate) rotation: Option<Doubles<4>>,
     pub(crate) scale: Option<Doubles<3>>,
+    pub(crate) skin: Option<Tolerant<Whole>>,
+    /// Weights of the mesh's morph targets, which go before the mesh's own.
+    pub(crate) weights: Option<Tolerant<List<Real>>>,
     pub(crate) extensions: Option<NodeExtensions>,
 }
 
@@ -338,6 +350,16 @@ pub(crate) struct Instancing {
     pub(crate) attributes: Members<Whole>,
 }
 
+/// Joints of a skin. The root of its skeleton is not read: it decides no place.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", expecting = "an object")]
+pub(crate) struct Skin {
+    pub(crate) inverse_bind_matrices: Option<Whole>,
+    /// Nodes of the joints, in the order that vertices name them by.
+    #[serde(default)]
+    pub(crate) joints: List<Whole, MAX_JOINTS>,
+}
+
 /// Children of a node alone, for passes that need nothing else.
 #[derive(Deserialize)]
 #[serde(expecting = "an object")]
@@ -348,7 +370,9 @@ pub(crate) struct NodeChildren {
 
 #[derive(Deserialize)]
 #[serde(expecting = "an object")]
-pub(crate) struct Scene {
+pub(crate) struct Scene<'a> {
+    #[serde(borrow, default)]
+    pub(crate) name: Text<'a>,
     #[serde(default)]
     pub(crate) nodes: Option<List<Whole, MAX_CHILDREN>>,
 }

@@ -9,7 +9,7 @@ use busbar_gltf_import::{ImportLimits, ImportedModel, import_file};
 use busbar_scene::{AlphaMode, Material, Model, Texture, TextureRef, Wrap};
 use common::{Builder, SQUARE, floats, glb, import, import_json, shorts, square_with_image};
 use glam::{DMat4, DQuat, DVec3, Vec2, Vec3};
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// The triangles of mesh 0 as points.
 fn triangles(imported: &ImportedModel) -> Vec<[[f32; 3]; 3]> {
@@ -371,9 +371,11 @@ fn what_is_exported_imports_as_it_was() {
         { "name": "T1", "mesh": 0, "rotation": [0.1, 0.2, 0.3, 0.4], "children": [1] },
         { "name": "1U", "mesh": 0, "scale": [third, 1, 1] },
     ]);
+    let strong = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": 12.7 } });
     builder.json["materials"] = json!([{ "name": "steel", "emissiveFactor": [0.1, 0.2, 0.3],
-        "alphaMode": "MASK", "alphaCutoff": 0.3 }]);
+        "alphaMode": "MASK", "alphaCutoff": 0.3, "extensions": strong }]);
     let mut model = builder.import().model;
+    assert_eq!(model.materials[0].emissive, [0.1, 0.2, 0.3].map(|light: f32| light * 12.7));
     model.textures = vec![Texture { width: 1, height: 2, rgba8: (0..8).collect() }];
     model.materials[0].base_color_texture =
         Some(TextureRef { texture: 0, wrap: [Wrap::Mirror, Wrap::Repeat] });
@@ -386,4 +388,30 @@ fn what_is_exported_imports_as_it_was() {
     assert_eq!(textures, model.textures);
     assert_eq!(nodes, model.nodes);
     assert!(again.report.notes.is_empty());
+}
+
+#[test]
+fn emitted_light_is_factor_times_strength() {
+    let emitted = |material: Value| {
+        let mut builder = Builder::square();
+        builder.json["materials"] = json!([material]);
+        builder.primitive()["material"] = json!(0);
+        let imported = builder.import();
+        (imported.model.materials[0].emissive, imported.report.notes.len())
+    };
+    let strong = |strength: Value| json!({ "KHR_materials_emissive_strength": { "emissiveStrength": strength } });
+    let factor = [0.25, 0.5, 0.0];
+    for (strength, expected) in [
+        (json!(4), [1.0, 2.0, 0.0]),
+        (json!(0), [0.0; 3]),
+        (json!(null), factor),
+        (json!(-3), [0.0; 3]),
+        (json!("bright"), factor),
+        (json!(1e300), [f32::MAX, f32::MAX, 0.0]),
+    ] {
+        let material = json!({ "emissiveFactor": factor, "extensions": strong(strength.clone()) });
+        assert_eq!(emitted(material), (expected, 0), "{strength}");
+    }
+    assert_eq!(emitted(json!({ "emissiveFactor": factor })), (factor, 0));
+    assert_eq!(emitted(json!({ "extensions": strong(json!(9)) })), ([0.0; 3], 0));
 }

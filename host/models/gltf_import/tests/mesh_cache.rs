@@ -9,8 +9,8 @@ use std::fs;
 use std::sync::Mutex;
 
 use busbar_gltf_import::{
-    CachedMesh, ImportLimits, ImportedModel, MIN_CACHED_TRIANGLES, MeshCache,
-    import_file_with_cache,
+    CachedMesh, ImportLimits, ImportOptions, ImportedModel, MIN_CACHED_TRIANGLES, MeshCache,
+    import_file_with,
 };
 use common::{Builder, shorts, square_with_features};
 use serde_json::json;
@@ -59,7 +59,9 @@ fn import(cache: &Keeper, builder: &Builder, max_features: u32) -> Result<Import
     let path = folder.path().join("model.gltf");
     fs::write(&path, builder.bytes()).unwrap();
     let limits = ImportLimits { max_features, ..ImportLimits::default() };
-    import_file_with_cache(&path, &limits, Some(cache)).map_err(|error| error.to_string())
+    let options =
+        ImportOptions { limits: Some(&limits), cache: Some(cache), ..ImportOptions::default() };
+    import_file_with(&path, options).map_err(|error| error.to_string())
 }
 
 #[test]

@@ -30,7 +30,6 @@ fn extensions_that_refine_the_look_are_remarked_on_once() {
     for name in [
         "KHR_materials_unlit",
         "KHR_materials_ior",
-        "KHR_materials_emissive_strength",
         "KHR_materials_variants",
         "KHR_materials_transmission",
         "KHR_materials_clearcoat",

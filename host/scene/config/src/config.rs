@@ -9,6 +9,7 @@ use crate::Band;
 use crate::alarms::{AlarmConfig, AlarmHandlingConfig};
 use crate::changes::Fingerprints;
 use crate::equipment::EquipmentConfig;
+use crate::model_scene::ModelSceneConfig;
 use crate::moving_parts::MovingPartConfig;
 use crate::plugins::{PluginConfig, SignatureConfig, SupervisionConfig};
 use crate::scene::SceneConfig;
@@ -102,6 +103,8 @@ pub struct DirectoryConfig {
 pub struct ModelConfig {
     /// Path as written: relative to the configuration file.
     pub file: String,
+    /// Scene of the file that is shown; the default scene of the file where missing.
+    pub scene: Option<ModelSceneConfig>,
     /// Name of the plugin instance that simplifies it.
     pub optimizer: Option<String>,
     /// Theta, the share of vertices collapsed, where a node does not choose one.

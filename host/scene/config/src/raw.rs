@@ -12,6 +12,7 @@ use crate::alarm_sources::RawAlarmSource;
 use crate::alarms::{RawAlarm, RawAlarmHandling};
 use crate::equipment::RawEquipment;
 use crate::limits::*;
+use crate::model_scene::RawModelScene;
 use crate::moving_parts::RawMovingPart;
 use crate::plugins::{Isolation, RawPlugin, RawSignature, RawSupervision};
 use crate::service::{RawLog, RawMetrics};
@@ -155,6 +156,10 @@ pub(crate) struct RawModel {
     #[schemars(length(min = 1, max = MAX_PATH_BYTES))]
     #[schemars(extend("examples" = ["models/transformer.glb"]))]
     pub(crate) file: String,
+    /// Scene of the file that is shown, by name or by index from 0; the file's default scene
+    /// where missing.
+    #[serde(default)]
+    pub(crate) scene: Option<RawModelScene>,
     /// Name of the plugin instance that simplifies it.
     #[serde(default)]
     #[schemars(extend("examples" = ["optimizer"]))]

@@ -11,6 +11,7 @@ use crate::Band;
 use crate::changes::Fingerprints;
 use crate::config::*;
 use crate::durations::whole_millis;
+use crate::model_scene::RawModelScene;
 use crate::moving_parts::RawMovingPart;
 use crate::plugins::SignatureConfig;
 use crate::raw::*;
@@ -65,6 +66,7 @@ pub(crate) fn resolve(raw: RawConfig, positions: Positions, warnings: Vec<Diagno
         }),
         models: named(raw.models, "/models", |_, raw, pointer| ModelConfig {
             file: raw.file,
+            scene: raw.scene.map(RawModelScene::resolve),
             optimizer: raw.optimizer,
             theta: raw.theta.resolve(),
             moving_parts: indexed(

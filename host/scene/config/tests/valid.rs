@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use busbar_config::{
     AlarmOriginConfig, Band, Changes, ConditionConfig, Config, EndConfig, FORMER_NAMES,
-    FreshnessBasis, Isolation, LogConfig, LogFormatConfig, MetricsConfig, QualityConfig,
-    RenamedSettings, Section, Severity, TagConditionConfig, ThemeConfig, ThetaConfig,
-    ThetaLevelConfig, VerdictSeverityConfig, parse, schema, upgrade,
+    FreshnessBasis, Isolation, LogConfig, LogFormatConfig, MetricsConfig, ModelSceneConfig,
+    QualityConfig, RenamedSettings, Section, Severity, TagConditionConfig, ThemeConfig,
+    ThetaConfig, ThetaLevelConfig, VerdictSeverityConfig, parse, schema, upgrade,
 };
 use busbar_types::{DoublePoint, Limit, Priority, Value, ValueKind};
 use serde_json::json;
@@ -54,6 +54,26 @@ fn log_and_metrics_are_where_they_are_asked_for() {
     assert_eq!(config.log, Some(LogConfig { file, format, megabytes: 16, files: 3 }));
     let address = "[::1]:9187".parse().unwrap();
     assert_eq!(config.metrics, Some(MetricsConfig { address, public: false }));
+}
+
+#[test]
+fn scenes_of_models_have_a_name_or_an_index() {
+    assert_eq!(example().models["breaker"].scene, None);
+    let with = |scene: &str| {
+        let model = format!(r#"{{ "file": "models/breaker.gltf", "scene": {scene} }}"#);
+        parse(&EXAMPLE.replace(r#"{ "file": "models/breaker.gltf" }"#, &model))
+    };
+    let chosen = |scene: &str| with(scene).unwrap().models["breaker"].scene.clone();
+    assert_eq!(chosen("\"Yard\""), Some(ModelSceneConfig::Name("Yard".to_owned())));
+    assert_eq!(chosen("2"), Some(ModelSceneConfig::Index(2)));
+    for refused in ["\"\"", "-1", "0.5", "4294967296", "[\"Yard\"]", "true"] {
+        let faults = with(refused).unwrap_err();
+        assert_eq!(faults.len(), 1, "{refused}: {faults:#?}");
+        assert_eq!(faults[0].pointer, "/models/breaker/scene", "{refused}");
+    }
+    // Another scene is another model.
+    let changes = Changes::between(&with("1").unwrap(), &with("2").unwrap());
+    assert!(changes.affect(Section::Models));
 }
 
 #[test]

@@ -5,8 +5,10 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use busbar_config::{Config, join_pointer};
-use busbar_gltf_import::{ImportError, ImportLimits, MeshCache, import_file_with_cache};
+use busbar_config::{Config, ModelSceneConfig, join_pointer};
+use busbar_gltf_import::{
+    ImportError, ImportFault, ImportOptions, MeshCache, SceneChoice, import_file_with,
+};
 use busbar_plugin_process::{Optimizer, Plugin};
 use busbar_scene::{Model, ModelParts};
 use busbar_stack_cache::{OptimizerDigest, StackCache};
@@ -73,7 +75,9 @@ pub(crate) fn import(
             let file = folder.join(&model.file);
             // Before it is read: an edit meanwhile is news.
             let read = version(&file);
-            let imported = import_file_with_cache(&file, &ImportLimits::default(), keeper);
+            let scene = model.scene.as_ref().map(scene_choice);
+            let options = ImportOptions { limits: None, scene: scene.as_ref(), cache: keeper };
+            let imported = import_file_with(&file, options);
             progress("models", done.fetch_add(1, Ordering::Relaxed) + 1, models.len());
             imported.map(|imported| {
                 (ModelSource::New(Box::new(imported.model), read), imported.report.notes)
@@ -89,7 +93,9 @@ pub(crate) fn import(
                 all.models.push(source);
             }
             Err(error) => {
-                let pointer = join_pointer(&model.pointer, "file");
+                let is_of_scene = matches!(error.fault, ImportFault::NoScene { .. });
+                let key = if is_of_scene { "scene" } else { "file" };
+                let pointer = join_pointer(&model.pointer, key);
                 let cause = format!("{}: {}, at {}", model.file, error.fault, error.place);
                 faults.add(&pointer, cause, error.fault.remedy());
                 all.models.push(ModelSource::Failed);
@@ -97,6 +103,13 @@ pub(crate) fn import(
         }
     }
     all
+}
+
+fn scene_choice(scene: &ModelSceneConfig) -> SceneChoice {
+    match scene {
+        ModelSceneConfig::Name(name) => SceneChoice::Name(name.clone()),
+        ModelSceneConfig::Index(index) => SceneChoice::Index(*index),
+    }
 }
 
 /// Cache digest part of results ordered by error; its number grows with every change of the order.

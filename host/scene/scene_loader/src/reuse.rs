@@ -163,6 +163,7 @@ fn is_same_model(before: &Config, after: &Config, name: &str) -> bool {
         let plugin = config.plugins.get(is.optimizer.as_ref()?)?;
         Some((plugin.plugin.clone(), plugin.settings.clone(), plugin.sha256.clone()))
     };
-    (&was.file, &was.optimizer, &was.moving_parts) == (&is.file, &is.optimizer, &is.moving_parts)
+    (&was.file, &was.scene, &was.optimizer, &was.moving_parts)
+        == (&is.file, &is.scene, &is.optimizer, &is.moving_parts)
         && optimizer(before) == optimizer(after)
 }
