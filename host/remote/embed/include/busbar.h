@@ -49,7 +49,7 @@
 #endif
 
 // Version of this interface; a library of another version must not be used.
-#define BUSBAR_VIEW_ABI 4
+#define BUSBAR_VIEW_ABI 5
 
 // Flag of BusbarViewOptions: show Busbar's own panels beside the scene.
 #define BUSBAR_VIEW_FLAG_PANELS 1
@@ -296,6 +296,9 @@ enum BusbarViewValueKind
   BUSBAR_VIEW_VALUE_KIND_DOUBLE_POINT = 3,
   // No value: the update sets the quality alone.
   BUSBAR_VIEW_VALUE_KIND_NONE = 4,
+  // Text of at most 255 bytes, which is in `text`. A longer one, or one that is no UTF-8, is
+  // shown as far as it goes, and is uncertain.
+  BUSBAR_VIEW_VALUE_KIND_TEXT = 5,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -472,8 +475,10 @@ typedef struct BusbarViewTag {
   int64_t source_unix_nanos;
   // Value of kind BUSBAR_VIEW_VALUE_KIND_F64.
   double number;
-  // Value of the other kinds.
+  // Value of the kinds I64, BOOL and DOUBLE_POINT.
   int64_t integer;
+  // Value of kind BUSBAR_VIEW_VALUE_KIND_TEXT, UTF-8; of no meaning for others.
+  const char *text;
 } BusbarViewTag;
 
 #ifdef __cplusplus
