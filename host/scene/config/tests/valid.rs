@@ -8,7 +8,7 @@ use busbar_config::{
     QualityConfig, RenamedSettings, Section, Severity, TagConditionConfig, ThemeConfig,
     ThetaConfig, ThetaLevelConfig, VerdictSeverityConfig, parse, schema, upgrade,
 };
-use busbar_types::{DoublePoint, Limit, Priority, Value, ValueKind};
+use busbar_types::{DoublePoint, Limit, Priority, Text, Value, ValueKind};
 use serde_json::json;
 
 const EXAMPLE: &str = include_str!("data/example.json");
@@ -119,6 +119,15 @@ fn alarms_are_of_tags_or_of_the_host() {
     };
     let closed = Value::DoublePoint(DoublePoint::On);
     assert_eq!(by.condition, ConditionConfig::Differs(closed));
+    // For a tag that is a text the same word is a text.
+    let text = text.replace("\"type\": \"double_point\"", "\"type\": \"text\"");
+    let AlarmOriginConfig::Tag { suppressed_by: Some(by), .. } =
+        parse(&text).unwrap().alarms["T1.Hot"].origin.clone()
+    else {
+        panic!("it is of a tag and can be suppressed")
+    };
+    let on = Value::Text(Text::new("on").unwrap());
+    assert_eq!(by.condition, ConditionConfig::Differs(on));
     let delay = |name: &str| match &config.alarms[name].origin {
         AlarmOriginConfig::Tag { on_delay_seconds, .. } => Some(*on_delay_seconds),
         AlarmOriginConfig::Verdict { .. } | AlarmOriginConfig::Mirrored => None,
