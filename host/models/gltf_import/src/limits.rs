@@ -28,6 +28,15 @@ pub const MAX_FEATURES: u32 = 100_000;
 /// Items of one list or object of EXT_structural_metadata, and vertex
 /// attributes, morph targets or feature id sets of one primitive.
 pub const MAX_METADATA_ITEMS: usize = 256;
+/// Bytes of JSON of meshes in shapes of their own, however short the document is.
+pub(crate) const MIN_SHAPE_BYTES: u64 = 16 << 20;
+/// Corners of triangles that all shapes of their own may have together, each counted once for
+/// every four joints of its vertices; what is beyond is shown as modelled.
+pub(crate) const MAX_SHAPE_CORNERS: u64 = 8_000_000;
+/// Sets of joints and weights of a vertex that are read: 16 joints.
+pub(crate) const MAX_JOINT_SETS: usize = 4;
+/// Remarks on skins that name their places.
+pub(crate) const MAX_SKIN_REMARKS: usize = 8;
 /// Joints of one skin: vertices name them by 16 bits.
 pub(crate) const MAX_JOINTS: usize = 1 << 16;
 /// Joints of the skins of all nodes together, however short the JSON is.

@@ -128,6 +128,8 @@ pub(crate) struct Checker<'a> {
     source: &'a Source<'a>,
     limits: &'a ImportLimits,
     triangles: u64,
+    /// Triangles of shapes of their own, which `triangles` counts too.
+    of_shapes: u64,
     visits: u64,
     /// Facts of accessors that have been gone through: many primitives share one.
     largest_indices: HashMap<AccessorKey, [u32; 2]>,
@@ -139,6 +141,8 @@ pub(crate) struct Checker<'a> {
     tables: NameTables<'a>,
     /// Restart values by mesh and primitive.
     restarts: HashMap<(usize, usize), u32>,
+    /// Meshes whose oddities were told, without and with a pose.
+    noted: HashSet<(usize, bool)>,
 }
 
 impl<'a> Checker<'a> {
@@ -147,6 +151,7 @@ impl<'a> Checker<'a> {
             source,
             limits,
             triangles: 0,
+            of_shapes: 0,
             visits: 0,
             largest_indices: HashMap::new(),
             sane_positions: HashMap::new(),
@@ -154,6 +159,7 @@ impl<'a> Checker<'a> {
             sane_features: HashSet::new(),
             tables: HashMap::new(),
             restarts: HashMap::new(),
+            noted: HashSet::new(),
         }
     }
 
@@ -165,14 +171,17 @@ impl<'a> Checker<'a> {
     ) -> Result<u64, ImportError> {
         let before = self.triangles;
         let source = self.source;
+        let is_new = self.noted.insert((shape.mesh, shape.pose.is_some()));
         let oddities = source.primitives(shape, |json, primitive, place| {
             let Some(mut primitive) = primitive else {
                 notes.add("primitive without positions skipped");
                 return Ok(());
             };
-            primitive.note(json, notes);
+            if is_new {
+                primitive.note(json, notes);
+            }
             notes.add_many(SKIPPED_FEATURES, json.skipped_feature_id_sets());
-            self.count(&primitive, place)?;
+            self.count(&primitive, shape, place)?;
             self.check_values(&mut primitive, place, notes)?;
             match &primitive.features {
                 Some(features) => self.check_features(features, notes),
@@ -189,16 +198,23 @@ impl<'a> Checker<'a> {
     fn count(
         &mut self,
         primitive: &Primitive<'_>,
+        shape: &MeshShape,
         place: PrimitivePlace,
     ) -> Result<(), ImportError> {
         self.triangles += primitive.triangle_count() as u64;
+        // Shapes of their own are bounded where they are made.
+        if !shape.is_default() {
+            self.of_shapes += primitive.triangle_count() as u64;
+            return Ok(());
+        }
         let backed = (MAX_SHARING * self.source.buffers.total_bytes()).max(MIN_ALLOWANCE);
         let limit = self.limits.max_triangles.min(backed);
-        if self.triangles <= limit {
+        let counted = self.triangles - self.of_shapes;
+        if counted <= limit {
             return Ok(());
         }
         let what = if limit == backed { "triangles for the bytes there are" } else { "triangles" };
-        Err(ImportFault::TooMany { what, count: self.triangles, limit }.at(place.pointer("")))
+        Err(ImportFault::TooMany { what, count: counted, limit }.at(place.pointer("")))
     }
 
     fn check_values(

@@ -12,7 +12,7 @@ use crate::buffers::Buffers;
 use crate::document::Document;
 use crate::error::{ImportError, ImportFault};
 use crate::instances;
-use crate::limits::{MAX_CHILDREN, MAX_COORDINATE};
+use crate::limits::{MAX_CHILDREN, MAX_COORDINATE, MAX_SKIN_REMARKS};
 use crate::names::{UniqueNames, clean_name};
 use crate::report::Notes;
 use crate::scalars::{Tolerant, Whole};
@@ -288,12 +288,16 @@ impl<'a> Tree<'a, '_> {
         let used = skins.collect::<HashSet<_>>().len();
         let unused = document.skins.len().saturating_sub(used);
         self.notes.add_many("skin skipped: no node shows it", unused);
+        let mut refused = 0;
         for of in &skinned {
             let posed = self.pose(of, poses.as_mut(), (&mut shown, &mut shapes));
             let added = posed.unwrap_or_else(|ImportError { fault, place, .. }| {
-                self.notes.add(format!(
-                    "skin ignored, its mesh is shown as modelled: {fault}, at {place}"
-                ));
+                refused += 1;
+                let remark = "skin ignored, its mesh is shown as modelled";
+                self.notes.add(match refused <= MAX_SKIN_REMARKS {
+                    true => format!("{remark}: {fault}, at {place}"),
+                    false => format!("further {remark}"),
+                });
                 None
             });
             let Some(mut added) = added else { continue };
@@ -355,7 +359,9 @@ impl<'a> Tree<'a, '_> {
         let distance = of.model_from_node.w_axis.truncate().distance(joints.origin);
         let is_near = distance <= MAX_JOINT_DISTANCE || of.nodes.len() > 1;
         // A node of its own stands at the first joint, where coordinates are small.
-        let (place, pose) = if is_inverse && is_near {
+        // Primitives without joints stay where the node is.
+        let is_wholly_skinned = shapes.summary_of(unposed).is_wholly_skinned;
+        let (place, pose) = if is_inverse && (is_near || !is_wholly_skinned) {
             (None, joints.pose(&inverse, self.notes))
         } else {
             let model_from_place = DMat4::from_translation(joints.origin);

@@ -12,7 +12,7 @@ use crate::draco::{DracoAttribute, DracoMesh};
 use crate::error::{ImportError, ImportFault, item};
 use crate::extensions::{MESH_FEATURES, PrimitiveFeatures, StructuralMetadata};
 use crate::features::FeatureIds;
-use crate::limits::{MAX_COORDINATE, MAX_METADATA_ITEMS};
+use crate::limits::{MAX_COORDINATE, MAX_JOINT_SETS};
 use crate::meshes::Source;
 use crate::report::Notes;
 use crate::schema::{self, ComponentType, Shape};
@@ -191,8 +191,7 @@ impl<'a> Primitive<'a> {
         }
         let mut short_attributes = 0;
         let mut sets = Vec::new();
-        // Each set is an attribute, of which there are few.
-        for set in (0..MAX_METADATA_ITEMS).take_while(|_| pose.is_some()) {
+        for set in (0..MAX_JOINT_SETS).take_while(|_| pose.is_some()) {
             let names = [format!("JOINTS_{set}"), format!("WEIGHTS_{set}")];
             if names.iter().any(|name| primitive.attribute(name).is_none()) {
                 break;
@@ -250,6 +249,8 @@ impl<'a> Primitive<'a> {
         notes.add_many("primitive with corners left over after its last triangle", odd.into());
         notes.add_many("attribute with too few elements ignored", self.short_attributes);
         notes.add_many(UNSKINNED, self.lacks_joints.into());
+        let has_more = primitive.attribute(&format!("JOINTS_{MAX_JOINT_SETS}")).is_some();
+        notes.add_many("further sets of joints ignored: 16 joints move a vertex", has_more.into());
         if let Some(skinning) = &self.skinning {
             skinning.note(self.positions.count, notes);
         }

@@ -61,6 +61,8 @@ pub(crate) struct PoseFinder<'a> {
     /// True once `parents` holds nodes outside the shown scene too.
     is_whole: bool,
     known: HashMap<u32, DMat4>,
+    /// Places of the joints of each skin that was read; `None` for a skin that cannot be.
+    places: HashMap<usize, Option<Rc<JointPlaces>>>,
     /// Joints of all poses so far.
     joints: usize,
     max_depth: u32,
@@ -69,8 +71,9 @@ pub(crate) struct PoseFinder<'a> {
 impl<'a> PoseFinder<'a> {
     pub(crate) fn new(buffers: &'a Buffers<'a>, parents: Vec<u32>, limits: &ImportLimits) -> Self {
         let shown_index = vec![NONE; parents.len()];
-        let (known, max_depth) = (HashMap::new(), limits.max_depth);
-        Self { buffers, parents, shown_index, is_whole: false, known, joints: 0, max_depth }
+        let (known, places, max_depth) = (HashMap::new(), HashMap::new(), limits.max_depth);
+        let is_whole = false;
+        Self { buffers, parents, shown_index, is_whole, known, places, joints: 0, max_depth }
     }
 
     /// Records the place of a node among those that are shown.
@@ -78,8 +81,46 @@ impl<'a> PoseFinder<'a> {
         self.shown_index[node] = shown;
     }
 
-    /// Finds the places of a skin's joints; `named_by` is the place that names the skin.
+    /// Finds the places of a skin's joints; `named_by` is the place that names the skin. Each skin is
+    /// read once.
     pub(crate) fn joints(
+        &mut self,
+        skin: usize,
+        nodes: &[ModelNode],
+        named_by: impl FnOnce() -> String,
+        notes: &mut Notes,
+    ) -> Result<Rc<JointPlaces>, ImportError> {
+        match self.places.get(&skin).cloned() {
+            Some(Some(places)) => {
+                self.charge(skin, places.model_from_mesh.len())?;
+                Ok(places)
+            }
+            Some(None) => {
+                let fault = ImportFault::Invalid("its skin cannot be read".into());
+                Err(fault.at(format!("/skins/{skin}")))
+            }
+            None => {
+                let places = self.read_joints(skin, nodes, named_by, notes).map(Rc::new);
+                self.places.insert(skin, places.as_ref().ok().cloned());
+                places
+            }
+        }
+    }
+
+    /// Counts joints of a pose against their limit.
+    fn charge(&mut self, skin: usize, joints: usize) -> Result<(), ImportError> {
+        self.joints = self.joints.saturating_add(joints);
+        let text = self.buffers.document().text();
+        let limit = text.len().clamp(MIN_POSED_JOINTS, MAX_POSED_JOINTS);
+        if self.joints <= limit {
+            return Ok(());
+        }
+        let (count, limit) = (self.joints as u64, limit as u64);
+        let fault = ImportFault::TooMany { what: "joints of all skins", count, limit };
+        Err(fault.at(format!("/skins/{skin}/joints")))
+    }
+
+    fn read_joints(
         &mut self,
         skin: usize,
         nodes: &[ModelNode],
@@ -88,13 +129,7 @@ impl<'a> PoseFinder<'a> {
     ) -> Result<JointPlaces, ImportError> {
         let document = self.buffers.document();
         let json: Skin = document.skins.parse(skin, named_by)?;
-        self.joints += json.joints.0.len();
-        let limit = document.text().len().clamp(MIN_POSED_JOINTS, MAX_POSED_JOINTS);
-        if self.joints > limit {
-            let (count, limit) = (self.joints as u64, limit as u64);
-            let fault = ImportFault::TooMany { what: "joints of all skins", count, limit };
-            return Err(fault.at(format!("/skins/{skin}/joints")));
-        }
+        self.charge(skin, json.joints.0.len())?;
         let inverse_binds = json.inverse_bind_matrices.and_then(|index| {
             let place = || format!("/skins/{skin}/inverseBindMatrices");
             let read = Accessor::new(self.buffers, index.index(), place).ok();

@@ -38,7 +38,8 @@ pub(crate) struct RawSimulate {
     #[schemars(with = "SignalShape", extend("examples" = ["sine"]))]
     shape: Option<SignalShape>,
     /// Centre of the movement, in the tag's unit. A constant bool takes 0 or 1; a constant
-    /// double_point 0 intermediate, 1 off, 2 on, 3 bad state.
+    /// double_point 0 intermediate, 1 off, 2 on, 3 bad state. A text is `Text` and the number,
+    /// rounded.
     #[schemars(with = "f64", extend("examples" = [60]))]
     base: Option<f64>,
     /// Amplitude to both sides of the base; a counter restarts after so many.

@@ -64,7 +64,8 @@ fn decide_without_name(
     match (number, state) {
         (Some(number), Some(state)) => Err(TypeFault {
             cause: format!("{} is of a number, {} of states", number.what, state.what),
-            remedy: "correct one of them, or give the type: f64, i64, bool or double_point".into(),
+            remedy: "correct one of them, or give the type: f64, i64, bool, double_point or text"
+                .into(),
         }),
         (_, Some(state)) => Ok(state.kind.unwrap_or(ValueKind::Bool)),
         (number, None) => Ok(number.and_then(|clue| clue.kind).unwrap_or_default()),

@@ -8,7 +8,7 @@ use busbar_point_import::PointList;
 use busbar_types::ValueKind;
 use fastrand::Rng;
 
-use ValueKind::{Bool, DoublePoint, F64, I64};
+use ValueKind::{Bool, DoublePoint, F64, I64, Text};
 
 /// Rows of one list: fewer than the faults that a list tells.
 const ROWS: usize = 400;
@@ -21,6 +21,7 @@ enum Class {
     State(ValueKind),
     /// Ambiguous `Double` or `Single`.
     Either(ValueKind),
+    Text,
     /// No tag has such values, or the name is of nothing.
     Refused,
     /// The list has no type.
@@ -110,18 +111,9 @@ const NAMES: &[(Class, &[&str])] = &[
     (Class::Either(Bool), &["Single", "SINGLE", "single"]),
     (
         Class::Refused,
-        &[
-            "String",
-            "Date",
-            "DateTime",
-            "command",
-            "C_SC_NA_1",
-            "REAL[4]",
-            "Char",
-            "frob",
-            "VT_BSTR",
-        ],
+        &["Date", "DateTime", "command", "C_SC_NA_1", "REAL[4]", "Char", "frob", "GUID"],
     ),
+    (Class::Text, &["String", "VT_BSTR", "LocalizedText", "varchar(20)"]),
     (Class::Missing, &[""]),
 ];
 
@@ -166,7 +158,12 @@ const ADDRESSES: &[(Says, &str)] = &[
 ];
 
 /// The kind that a row is to have; `None` where it is to be refused.
-fn expected(class: Class, unit: Says, is_scaled: bool, address: Says) -> Option<ValueKind> {
+fn expected(
+    class: Class,
+    unit: Says,
+    is_scaled: bool,
+    (address, text): (Says, &str),
+) -> Option<ValueKind> {
     let is_number = is_scaled || unit == Says::Number || address == Says::Number;
     let of_address = match address {
         Says::Kind(kind) => Some(kind),
@@ -175,6 +172,12 @@ fn expected(class: Class, unit: Says, is_scaled: bool, address: Says) -> Option<
     let is_state = unit == Says::States || address == Says::States || of_address.is_some();
     match class {
         Class::Refused => None,
+        Class::Text => {
+            let is_iec60870 = text.to_lowercase().contains("\"ioa\"")
+                || text.starts_with("M_")
+                || text.contains("\"M_DP_TB_1\"");
+            (!is_number && of_address.is_none() && !is_iec60870).then_some(Text)
+        }
         Class::Float => of_address.is_none().then_some(F64),
         Class::Integer => of_address.is_none().then_some(if is_scaled { F64 } else { I64 }),
         Class::State(kind) => {
@@ -245,7 +248,7 @@ fn every_type_name_with_every_evidence_has_its_kind_or_a_fault() {
                 for unit in *units {
                     for (is_scaled, scale) in SCALES {
                         for (says, address) in ADDRESSES {
-                            let want = expected(*class, *unit_says, *is_scaled, *says);
+                            let want = expected(*class, *unit_says, *is_scaled, (*says, address));
                             counts[usize::from(want.is_some())] += 1;
                             cases.push(([*name, *unit, *scale, *address], *class, want));
                         }
@@ -286,7 +289,7 @@ fn names_are_read_however_they_are_written() {
         let (is_scaled, scale) = SCALES[rng.usize(..SCALES.len())];
         let (says, address) = ADDRESSES[rng.usize(..ADDRESSES.len())];
         let row = [&written, units[rng.usize(..units.len())], scale, address];
-        check_all(&[(row, class, expected(class, unit_says, is_scaled, says))]);
+        check_all(&[(row, class, expected(class, unit_says, is_scaled, (says, address)))]);
     }
 }
 

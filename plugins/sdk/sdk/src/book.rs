@@ -11,7 +11,7 @@
 //! 9. [Testing](testing): without a device, without waiting
 //! 10. [Simulation](simulation): a plugin that is its own device
 //! 11. [Commands](commands): subcommands of the program
-//! 12. [In C](c): the header alone
+//! 12. [In C](c): the headers alone
 //! 13. [Versions](versions): what stays, what changes
 //! 14. [Before a release](checklist): a list to go through
 

@@ -47,7 +47,7 @@ fn data_become_values_of_their_kind_alone() {
 }
 
 fn text(text: &str) -> sdk::Value {
-    sdk::Value::Text(sdk::Text::new(text).unwrap())
+    sdk::Value::Text(sdk::Text::cut(text))
 }
 
 #[test]

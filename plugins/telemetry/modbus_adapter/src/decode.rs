@@ -186,7 +186,7 @@ mod tests {
         let decode = |length, byte_order, registers: &[u16]| {
             decode(&Decoding::Text { length, byte_order }, Cells::Registers(registers))
         };
-        let text = |text: &str| Value::Text(Text::new(text).unwrap());
+        let text = |text: &str| Value::Text(Text::cut(text));
         let doubtful = Quality::Uncertain(Reason::Configuration);
         let (big, little) = (ByteOrder::Big, ByteOrder::Little);
         // "AUTO", and "é" as C3 A9 in UTF-8.

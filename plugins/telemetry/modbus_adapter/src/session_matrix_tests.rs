@@ -269,7 +269,7 @@ fn run(path: Path, device: &Mutex<Device>, seed: u64, polls: u16) {
             // This poll tells it, or cannot be understood.
             oracle.note_message(register.into());
         }
-        let text = Text::new(&text_of(step)).unwrap();
+        let text = Text::cut(&text_of(step));
         oracle.set_truth(TEXT.into(), Some(Value::Text(text)));
         oracle.note_message(TEXT.into());
         let polled = runtime.block_on(async {

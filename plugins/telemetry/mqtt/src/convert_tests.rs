@@ -68,8 +68,7 @@ fn text_tags_take_texts_and_whole_numbers() {
         (Raw::Bool(true), None),
     ];
     for (raw, expected) in cases {
-        let expected =
-            expected.map(|(text, quality)| (Value::Text(Text::new(text).unwrap()), quality));
+        let expected = expected.map(|(text, quality)| (Value::Text(Text::cut(text)), quality));
         assert_eq!(mapping(ValueKind::Text).value_of(raw), expected, "{raw:?}");
     }
 }

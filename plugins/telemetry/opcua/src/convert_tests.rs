@@ -26,7 +26,7 @@ fn read(
 }
 
 fn text(text: &str) -> Value {
-    Value::Text(Text::new(text).unwrap())
+    Value::Text(Text::cut(text))
 }
 
 #[test]

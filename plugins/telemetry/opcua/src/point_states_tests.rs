@@ -105,7 +105,7 @@ fn a_text_is_published_again_and_confirmed_with_the_worse_quality() {
     // A unit is none of a text.
     let text = tag_spec(0, "A", ValueKind::Text, json!({"node": "ns=2;s=A"}));
     let mut setting = setting_of(&[TagSpec { unit: "MW".into(), ..text }], json!({}));
-    let of = |text: &str| Some(Value::Text(Text::new(text).unwrap()));
+    let of = |text: &str| Some(Value::Text(Text::cut(text)));
     let data = |text: &str, status| DataValue {
         value: Some(Variant::from(text)),
         status: Some(status),

@@ -48,7 +48,7 @@ fn no_change_of_a_text_is_lost_and_one_that_stays_is_refreshed() {
     let (mut decimator, mut out) = (Decimator::new([true].into_iter(), Some(10)), Vec::new());
     let texts = ["AUTO", "AUTO", "HAND", "AUTO", "AUTO", "AUTO"];
     for (nanos, text) in [0, 1, 2, 3, 11, 25].into_iter().zip(texts) {
-        let value = Some(Value::Text(Text::new(text).unwrap()));
+        let value = Some(Value::Text(Text::cut(text)));
         decimator.take(Update { value, ..update(0, nanos, 0.0) }, &mut out);
     }
     let times: Vec<_> = out.iter().map(|update| update.nanos).collect();

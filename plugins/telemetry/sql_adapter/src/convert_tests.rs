@@ -92,8 +92,7 @@ fn text_tags_take_texts_and_whole_numbers() {
     ];
     let point = point(ValueKind::Text, &[]);
     for (cell, expected) in cases {
-        let expected =
-            expected.map(|(text, quality)| (Value::Text(Text::new(text).unwrap()), quality));
+        let expected = expected.map(|(text, quality)| (Value::Text(Text::cut(text)), quality));
         let found = value_of(&point, &cell);
         assert_eq!(found.clone().ok(), expected, "{cell:?}: {found:?}");
         let reading = Reading { value: cell, quality: None, time: None, unit: Some(text("kW")) };

@@ -39,7 +39,7 @@ fn cases() -> Vec<Case> {
 }
 
 fn text(text: &str) -> Value {
-    Value::Text(Text::new(text).unwrap())
+    Value::Text(Text::cut(text))
 }
 
 #[test]

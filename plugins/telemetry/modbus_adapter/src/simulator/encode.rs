@@ -24,7 +24,7 @@ pub(super) fn encode(decoding: &Decoding, value: &Value) -> Option<Vec<u16>> {
         }
         (Decoding::Text { length, byte_order }, Value::Text(text)) => {
             // Where `Text 3` finds no room, its number does.
-            let number = || text.as_str().rsplit(' ').next();
+            let number = || text.as_str().strip_prefix("Text ");
             text_cells(length, byte_order, text.as_str())
                 .or_else(|| text_cells(length, byte_order, number()?))
         }
@@ -111,7 +111,7 @@ mod tests {
     }
 
     fn text(text: &str) -> Value {
-        Value::Text(Text::new(text).unwrap())
+        Value::Text(Text::cut(text))
     }
 
     #[test]

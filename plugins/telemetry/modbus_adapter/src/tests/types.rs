@@ -32,7 +32,7 @@ pub(super) fn values() -> serde_json::Value {
 fn cases() -> Vec<(ValueKind, serde_json::Value, Value)> {
     let (f64_kind, i64_kind) = (ValueKind::F64, ValueKind::I64);
     let double = |state| Value::DoublePoint(state);
-    let text = |text| Value::Text(Text::new(text).unwrap());
+    let text = |text| Value::Text(Text::cut(text));
     let texts = |register: u16, length: u8| json!({"table": "holding", "register": register, "length": length});
     let low_first =
         json!({"table": "holding", "register": 80, "length": 4, "byte_order": "little"});
@@ -92,7 +92,7 @@ pub(super) fn check(settings: serde_json::Value) {
         NOT_A_NUMBER,
         |sample| matches!(sample.value, Some(Value::F64(value)) if value.is_nan()),
     );
-    let marked = Some(Value::Text(Text::new("\u{fffd}A").unwrap()));
+    let marked = Some(Value::Text(Text::cut("\u{fffd}A")));
     running.wait("text that is no UTF-8", NO_UTF8, |sample| {
         sample.value == marked && sample.quality == Quality::Uncertain(Reason::Configuration)
     });

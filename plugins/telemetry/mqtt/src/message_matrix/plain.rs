@@ -91,7 +91,7 @@ impl Matrix {
         }
         let topic = TOPICS[self.rng.usize(..TOPICS.len())];
         let tags: Vec<usize> = (0..TOPICS.len()).filter(|tag| TOPICS[*tag] == topic).collect();
-        let mut values = [self.value(), self.value(), self.value()];
+        let values = [self.value(), self.value(), self.value()];
         let whole = self.payload(topic, values);
         let is_json = matches!(topic, "s/json" | "s/timed");
         let mut is_retained = false;
@@ -100,11 +100,6 @@ impl Matrix {
             // Cut short, or bytes of something else.
             1 if is_json => (whole.as_bytes()[..self.rng.usize(..whole.len())].to_vec(), &[]),
             2 => (vec![b'"', 0xFF, 0xFE, self.rng.u8(..)], &[]),
-            // Nothing, which is a text as any other.
-            3 if topic == "s/mode" => {
-                values[0] = EMPTY;
-                (Vec::new(), &tags)
-            }
             3 => (Vec::new(), &[]),
             // A byte more than is taken, and as many as are.
             4 => (pad(&whole, MAX_PAYLOAD + 1), &[]),

@@ -5,7 +5,7 @@ use super::*;
 const TEXT_OR_JSON: u64 = 1_700_000_000_250;
 
 fn text(text: &str) -> Value {
-    Value::Text(Text::new(text).unwrap())
+    Value::Text(Text::cut(text))
 }
 
 fn plain(number: u32, kind: ValueKind, topic: &str) -> TagSpec {

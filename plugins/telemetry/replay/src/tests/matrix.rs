@@ -66,9 +66,7 @@ fn tags(kind: Kind) -> Vec<TagSpec> {
 /// Value of a tag for the number of a step.
 fn value_of(kind: Kind, tag: usize, number: i64) -> Value {
     match kind {
-        Kind::Wide | Kind::Long if tag == TEXT => {
-            Value::Text(Text::new(&format!("Mode {number}")).unwrap())
-        }
+        Kind::Wide | Kind::Long if tag == TEXT => Value::Text(Text::cut(&format!("Mode {number}"))),
         _ => Value::I64(number),
     }
 }

@@ -50,7 +50,7 @@ fn column(tag: u32, query: &str, column: &str, kind: ValueKind) -> TagSpec {
 }
 
 fn text(text: &str) -> Value {
-    Value::Text(Text::new(text).unwrap())
+    Value::Text(Text::cut(text))
 }
 
 /// A query that is asked often.
