@@ -10,6 +10,7 @@ use crate::age::age_text;
 use crate::alarm_symbol::{self, AlarmSymbol};
 use crate::faceplate_records::{self, FaceplateSection};
 use crate::tag_panel::quality_text;
+use crate::value_mark::whole_value;
 use crate::{
     AlarmRow, Command, Faceplate, FaceplateState, FaceplateValue, ValueMark, faceplate_verdict,
     layers, origin_mark, quality_hatching, theme, trend,
@@ -207,9 +208,6 @@ fn values(ui: &mut Ui, faceplate: &Faceplate, into: &mut Vec<Command>) {
     }
 }
 
-/// Bytes of a value that its column has room for in any case; a longer one is told on hovering.
-pub(crate) const MAX_SHOWN_VALUE: usize = 16;
-
 fn value_row(ui: &mut Ui, value: &FaceplateValue, into: &mut Vec<Command>) {
     let tag = &value.row;
     let (rect, response) = row(ui);
@@ -234,8 +232,7 @@ fn value_row(ui: &mut Ui, value: &FaceplateValue, into: &mut Vec<Command>) {
         None => "",
     };
     let origin = origin_mark::tooltip(tag.origin);
-    let whole =
-        if tag.value.len() > MAX_SHOWN_VALUE { format!("\n{}", tag.value) } else { String::new() };
+    let whole = whole_value(&tag.value);
     let hover = format!("{}{whole}\n{}{origin}{hint}", tag.id, quality_text(&tag.mark));
     if response.on_hover_text(hover).clicked() && value.is_trended.is_some() {
         into.push(Command::ToggleTrend(value.tag));

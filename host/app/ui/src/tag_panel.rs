@@ -3,9 +3,9 @@
 use egui::{Align, Align2, Layout, RichText, Sense, Ui, UiBuilder, Vec2};
 
 use crate::age::age_text;
-use crate::faceplate::MAX_SHOWN_VALUE;
 use crate::search_field::SearchField;
 use crate::shortcuts::Tab;
+use crate::value_mark::whole_value;
 use crate::{Command, TagRow, TagRows, ValueMark, origin_mark, quality_hatching, theme};
 
 /// Height of a row, points.
@@ -82,8 +82,7 @@ fn row(ui: &mut Ui, tag: &TagRow) -> egui::Response {
     let quality = column(rect, 2).with_min_x(origin.right());
     text_in(ui, quality, false, RichText::new(quality_text(&tag.mark)).color(ink));
     cell(ui, rect, 3, RichText::new(tag.age.map_or_else(String::new, age_text)));
-    let whole =
-        if tag.value.len() > MAX_SHOWN_VALUE { format!("\n{}", tag.value) } else { String::new() };
+    let whole = whole_value(&tag.value);
     response.on_hover_text(format!("{}{whole}{}", tag.name, origin_mark::tooltip(tag.origin)))
 }
 

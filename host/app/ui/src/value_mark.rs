@@ -43,6 +43,14 @@ impl ValueMark {
     }
 }
 
+/// Bytes of a value that its column has room for in any case.
+const MAX_SHOWN_VALUE: usize = 16;
+
+/// Returns a line with a value for whoever hovers over it; empty where its column shows it whole.
+pub(crate) fn whole_value(value: &str) -> String {
+    if value.len() > MAX_SHOWN_VALUE { format!("\n{value}") } else { String::new() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

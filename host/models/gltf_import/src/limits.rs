@@ -33,6 +33,8 @@ pub(crate) const MIN_SHAPE_BYTES: u64 = 16 << 20;
 /// Corners of triangles that all shapes of their own may have together, each counted once for
 /// every four joints of its vertices; what is beyond is shown as modelled.
 pub(crate) const MAX_SHAPE_CORNERS: u64 = 8_000_000;
+/// Corners that a shape counts for at least.
+pub(crate) const MIN_SHAPE_CORNERS: u64 = 256;
 /// Sets of joints and weights of a vertex that are read: 16 joints.
 pub(crate) const MAX_JOINT_SETS: usize = 4;
 /// Remarks on skins that name their places.

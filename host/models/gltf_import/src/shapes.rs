@@ -5,7 +5,9 @@ use std::rc::Rc;
 
 use crate::document::Document;
 use crate::error::ImportError;
-use crate::limits::{MAX_JOINT_SETS, MAX_JSON_BYTES, MAX_SHAPE_CORNERS, MIN_SHAPE_BYTES};
+use crate::limits::{
+    MAX_JOINT_SETS, MAX_JSON_BYTES, MAX_SHAPE_CORNERS, MIN_SHAPE_BYTES, MIN_SHAPE_CORNERS,
+};
 use crate::scalars::Whole;
 use crate::schema;
 use crate::skins::Pose;
@@ -103,7 +105,8 @@ impl<'a> Shapes<'a> {
         }
         let (is_default, added) = (shape.is_default(), self.shapes.len() as u32);
         self.shapes.push(shape);
-        let corners = if is_default { 0 } else { self.summary_of(added).corners };
+        let corners =
+            if is_default { 0 } else { self.summary_of(added).corners.max(MIN_SHAPE_CORNERS) };
         let total = self.corners.saturating_add(corners);
         if total > MAX_SHAPE_CORNERS {
             self.shapes.pop();

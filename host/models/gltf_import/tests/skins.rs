@@ -368,6 +368,23 @@ fn nodes_of_one_mesh_have_poses_of_their_own() {
     }
 }
 
+/// As many nodes as the file has room for are no reason to read its skin as often.
+#[test]
+fn poses_beyond_their_bound_are_shown_as_modelled() {
+    const NODES: usize = 40_000;
+    let mut skinned = Skinned::new();
+    let nodes = skinned.builder.json["nodes"].as_array_mut().unwrap();
+    let first = nodes.len();
+    nodes.extend((0..NODES).map(|_| json!({ "mesh": 0, "skin": 0 })));
+    let shown: Vec<usize> = [0, 1].into_iter().chain(first..first + NODES).collect();
+    skinned.builder.json["scenes"] = json!([{ "nodes": shown }]);
+    let imported = skinned.builder.import();
+    let left = count(&imported.report.notes, "mesh shown as modelled: too many nodes");
+    let posed = NODES + 1 - left;
+    assert!((20_000..NODES).contains(&posed), "{posed}: {:?}", imported.report.notes);
+    assert!(imported.report.notes.len() < 10, "{:?}", imported.report.notes);
+}
+
 /// The square with two morph targets, up and to the right, and nodes with these weights.
 fn morphed(nodes: &[Value], mesh: &Value) -> ImportedModel {
     let mut builder = Builder::square();

@@ -182,7 +182,7 @@ mod tests {
         let samples = recorder.recording().samples;
         let values: Vec<_> = samples.into_iter().map(|sample| (sample.tag, sample.value)).collect();
         let (number, point) = (|n| Some(Value::I64(n)), |on| Some(Value::Bool(on)));
-        let text = |text: &str| Text::new(text).map(Value::Text);
+        let text = |text: &str| Some(Value::Text(Text::cut(text)));
         assert_eq!(
             values,
             [
@@ -275,7 +275,7 @@ mod tests {
             generator.stop();
             Ok(recorder.recording().samples.into_iter().map(|s| (s.value, s.quality)).collect())
         };
-        let text = |text: &str| Text::new(text).map(Value::Text);
+        let text = |text: &str| Some(Value::Text(Text::cut(text)));
         let long = "x".repeat(256);
         let values = ["on".into(), "Hand ⚡".into(), "".into(), 42.into(), long.into()];
         let played: Result<Vec<_>, Error> = play("mode", &values);

@@ -28,7 +28,7 @@ fn lines_become_samples() {
     let (mut client, _) = listener.accept().unwrap();
     client.write_all(b"oil 61.5\nnobody 1\nnonsense\nalarm 1\nalarm maybe\n").unwrap();
     let bad = Sample::bad(2, Reason::Configuration);
-    assert!(recorder.wait_until(LIMIT, |seen| seen.latest(2) == Some(bad)));
+    assert!(recorder.wait_until(LIMIT, |seen| seen.latest(2).as_ref() == Some(&bad)));
     assert_eq!(recorder.latest(1), Some(Sample::good(1, Value::F64(61.5))));
     let samples = recorder.recording().samples;
     assert!(samples.contains(&Sample::good(2, Value::Bool(true))));
