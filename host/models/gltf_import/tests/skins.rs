@@ -368,7 +368,7 @@ fn nodes_of_one_mesh_have_poses_of_their_own() {
     }
 }
 
-/// As many nodes as the file has room for are no reason to read its skin as often.
+/// Poses of many nodes: one skin is read once, and what is beyond the bound is shown as modelled.
 #[test]
 fn poses_beyond_their_bound_are_shown_as_modelled() {
     const NODES: usize = 40_000;

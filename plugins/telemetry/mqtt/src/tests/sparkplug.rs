@@ -66,7 +66,7 @@ fn metrics_of_all_types_carry_time_and_quality() {
         ("UUID", json!("no number"), ValueKind::I64, None),
         ("STRING", json!("AUTO"), ValueKind::Text, text("AUTO")),
         ("STRING", json!(""), ValueKind::Text, text("")),
-        ("TEXT", json!("Zähler 7\n"), ValueKind::Text, text("Zähler 7\u{fffd}")),
+        ("TEXT", json!("Zähler 7\n"), ValueKind::Text, text("Zähler 7 ")),
         ("UUID", json!(UUID), ValueKind::Text, text(UUID)),
         ("INT64", json!(-5_000_000_000_i64), ValueKind::Text, text("-5000000000")),
         ("UINT64", json!(u64::MAX), ValueKind::Text, text("18446744073709551615")),
