@@ -371,8 +371,9 @@ fn texts_of_the_program_raise_alarms_and_are_marked_where_they_are_cut() {
         }
     };
     assert_eq!(set(&mut host, c"MANUAL"), BusbarStatus::Ok);
-    host.wait("good text", quality(BusbarViewQuality::Good));
+    // Alarms are told before qualities.
     host.wait("alarm of the text", alarm(BusbarViewAlarmState::Unacknowledged));
+    host.wait("good text", quality(BusbarViewQuality::Good));
     assert_eq!(set(&mut host, c"AUTO"), BusbarStatus::Ok);
     host.wait("end of the alarm", alarm(BusbarViewAlarmState::ReturnedUnacknowledged));
     let long = CString::new("x".repeat(300)).unwrap();
