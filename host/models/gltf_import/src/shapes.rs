@@ -79,16 +79,11 @@ impl<'a> Shapes<'a> {
 
     /// Returns the facts of a shape's mesh.
     pub(crate) fn summary_of(&mut self, shape: u32) -> MeshSummary {
-        self.shapes.get(shape as usize).map(|shape| shape.mesh).map_or_else(
-            Default::default,
-            |mesh| {
-                let document = self.document;
-                *self
-                    .summaries
-                    .entry(mesh)
-                    .or_insert_with(|| summary(document, mesh).unwrap_or_default())
-            },
-        )
+        let Some(&MeshShape { mesh, .. }) = self.shapes.get(shape as usize) else {
+            return MeshSummary::default();
+        };
+        let read = || summary(self.document, mesh).unwrap_or_default();
+        *self.summaries.entry(mesh).or_insert_with(read)
     }
 
     /// Adds a shape. A mesh is parsed and built for each of its shapes, so that text and corners

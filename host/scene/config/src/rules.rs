@@ -111,10 +111,8 @@ impl<'d> Rules<'d, '_, '_> {
         let is_text = tag["type"] == "text";
         let has_unit = tag["unit"].as_str().is_some_and(|unit| !unit.is_empty());
         let has_deadband = tag["deadband"].as_f64().is_some_and(|deadband| deadband > 0.0);
-        for (key, _) in [("unit", has_unit), ("deadband", has_deadband)]
-            .iter()
-            .filter(|(_, has)| is_text && *has)
-        {
+        let keys = [("unit", is_text && has_unit), ("deadband", is_text && has_deadband)];
+        for (key, _) in keys.into_iter().filter(|(_, is_wrong)| *is_wrong) {
             self.report.error(
                 &join_pointer(pointer, key),
                 format!("a tag of type 'text' has no {key}"),

@@ -7,7 +7,7 @@ use busbar_history::History;
 use busbar_plugin_host::{LinkReport, PluginError, SceneClock, wall_clock};
 use busbar_plugin_process::Plugin;
 use busbar_tags::{EventLog, Moment, Snapshot, SourceTime, TagHandle, TagSet, TagTable};
-use busbar_types::{AlarmAction, AlarmState, Origin, ValueKind};
+use busbar_types::{AlarmAction, AlarmState, Origin};
 
 use crate::alarms::{ActionOutcome, AlarmService, VerdictValues};
 use crate::chart_reader::ChartReader;
@@ -387,10 +387,8 @@ pub(crate) fn start_chart(
 
 /// Creates empty histories of numbers: of tags at equipment first, of as many as are kept.
 pub(crate) fn empty_history(site: &SiteDefinition) -> History {
-    let is_number = |tag: &TagHandle| {
-        let kind = site.tags.spec(*tag).map(|spec| spec.kind);
-        matches!(kind, Some(ValueKind::F64 | ValueKind::I64))
-    };
+    let is_number =
+        |tag: &TagHandle| site.tags.spec(*tag).is_some_and(|spec| spec.kind.is_quantity());
     let bound = site.bound_tags.iter().copied();
     let all = (0..site.tags.specs().len() as u32).map(TagHandle);
     History::new(bound.chain(all).filter(is_number))

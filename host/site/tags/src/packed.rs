@@ -3,7 +3,7 @@
 use busbar_types::{Text, Value, ValueKind};
 
 /// Value, or none, as words that are copied and compared whole. Not-a-number equals itself here.
-/// Of a text, which is stored apart, the bits are a number that changes with it.
+/// The bits of a text, which is stored apart, are a number that changes with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Packed {
     pub(crate) bits: u64,
